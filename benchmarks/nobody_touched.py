@@ -133,7 +133,7 @@ def spoilt(case: Case, *faults: tuple[str, int, float], every: int = 5) -> Case:
     (e,) = case.logs[0].episodes
     names = case.logs[0].joints
     for name, j, value in faults:
-        e = FAULTS[name].spoil(e, j, j, value)
+        e = FAULTS[name].inject(e, j, j, value)
     rows = slice(None, None, every)
     u = e.inputs[: len(e.t) // every * every].reshape(len(e.t) // every, every, -1).mean(axis=1)
     t, q, dq = (x[rows][: len(u)] for x in (e.t, e.q, e.dq))

@@ -23,9 +23,10 @@ from bokeh.client import pull_session
 import numpy as np
 from rclpy.node import Node
 
-from leo_learner.demo.processes import free_domain, LEO
+from leo_learner.demo.processes import free_domain
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, join, listen_with_info, running, spin_once
+from leo_msgs_py.terminal import leo_process
 from leo_msgs_py.values import command_message
 
 PERIOD, HOLD, VOLTS, SAMPLE = 0.01, 0.3, 1.5, 30.0
@@ -89,12 +90,8 @@ def graph_in(domain: int) -> Any:
 
 def leo(*words: str) -> subprocess.Popen:
     """Start a command."""
-    return subprocess.Popen(
-        [sys.executable, '-c', LEO, *words],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
+    command, ignored = leo_process(*words), subprocess.DEVNULL
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=ignored, text=True)
 
 
 def end(process: subprocess.Popen) -> None:

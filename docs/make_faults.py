@@ -105,7 +105,7 @@ def curve(fault: Fault) -> Curve:
     if fault.name == 'gravity_compensated':
         logged = clean.inputs - np.sin(clean.q)
         return 'time', 'input', TIME, clean.inputs[:, 0], logged[:, 0]
-    spoilt = fault.spoil(clean, 0, 0, SHOWN[fault.name])
+    spoilt = fault.inject(clean, 0, 0, SHOWN[fault.name])
     after = np.interp(TIME, spoilt.t, getattr(spoilt, column)[:, 0])
     return 'time', LABEL[fault.channel], TIME, getattr(clean, column)[:, 0], after
 

@@ -64,12 +64,13 @@ def solved(at: Any, hypothesis: Hypothesis, data: Array, columns: dict[str, Arra
     residual = data - seen @ found
     loss = likelihood.loss(residual, STATES, SETTINGS.numerics)
     first, count = [hypothesis.offset(i) for i in range(len(names))], hypothesis.size
-    theta, covariance, columns = np.zeros(count), np.eye(count), np.zeros((*data.shape, count))
-    theta[first], columns[..., first] = found, -seen
+    theta, covariance = np.zeros(count), np.eye(count)
+    sensitivity = np.zeros((*data.shape, count))
+    theta[first], sensitivity[..., first] = found, -seen
     covariance[np.ix_(first, first)] = np.linalg.inv(flat.T @ flat) if names else 0.0
     start = np.zeros((len(data), STATES))
     known = covariance, np.zeros((count, 2))
-    return Estimate(at, Fit(hypothesis, theta, *known, start, loss, residual, columns))
+    return Estimate(at, Fit(hypothesis, theta, *known, start, loss, residual, sensitivity))
 
 
 def scored(names: Sequence[str], left: Array, fold: Array) -> Scored:

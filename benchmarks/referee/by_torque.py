@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.compare.windows import sample_period, thin
+from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
@@ -61,9 +61,7 @@ def residual(model: Model, recording: Recording) -> np.ndarray:
     Where a joint hardly moves, dry friction takes whatever it can hold. Rows with a motor off are
     left out.
     """
-    return np.concatenate(
-        [_episode(model, e, sample_period([recording])) for e in recording.episodes]
-    )
+    return np.concatenate([_episode(model, e, recording.state_period) for e in recording.episodes])
 
 
 def _episode(model: Model, episode: Episode, period: float) -> np.ndarray:

@@ -75,6 +75,7 @@ def test_the_secret_is_not_in_the_list_of_processes(tmp_path):
         processes.node('robot', 'leo_sim', 'robot', **options, **hidden)
         files, seen = Path(f'/proc/{processes._running["robot"].pid}'), set()
         while not (tmp_path / 'sealed').exists():
+            assert processes._running['robot'].poll() is None
             seen |= {(files / name).read_bytes() for name in ('cmdline', 'environ')}
             time.sleep(0.002)
         reset = 'service', 'call', '/robot/reset', 'std_srvs/srv/Trigger', '--timeout', '60'

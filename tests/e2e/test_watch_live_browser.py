@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 import signal
 import subprocess
-import sys
 import time
 
 import numpy as np
@@ -15,6 +14,7 @@ import pytest
 from rclpy.node import Node
 from tests import browser
 from tests.browser import until
+from tests.commands import LEO
 import yaml
 
 from leo_diffmodel.bags.recording import read_bag
@@ -30,7 +30,6 @@ pytestmark = [
     pytest.mark.skipif(not (browser.CHROMIUM and browser.DRIVER), reason=browser.WITHOUT),
 ]
 
-LEO = Path(sys.executable).with_name('leo')
 SHORT, HOLD = 10.0, 0.3
 """Of what the page shows, and of each step of the commands [s]."""
 NOISE = 'noise:=[0.001, 0.03]'

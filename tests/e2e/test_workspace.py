@@ -205,13 +205,14 @@ def test_every_entry_point_leads_somewhere(group: str) -> None:
 
 
 @pytest.mark.parametrize('package', PACKAGES)
-def test_the_two_manifests_agree(package: str) -> None:
+def test_the_two_manifests_agree(pip_prefix: Path, package: str) -> None:
     manifest = ElementTree.parse(ROOT / 'src' / package / 'package.xml').getroot()
-    installed = distribution(package).metadata
+    [found] = distributions(name=package, path=[str(modules(pip_prefix))])
+    installed = found.metadata
     assert manifest.get('format') == '3'
     assert manifest.findtext('export/build_type') == 'ament_python'
     assert manifest.findtext('version') == installed['Version']
-    assert manifest.findtext('license') == installed['License']
+    assert manifest.findtext('license') == installed['License-Expression']
     ours = {d.text for d in manifest.findall('exec_depend')} & set(PACKAGES)
-    required = {Requirement(r).name for r in distribution(package).requires or ()}
+    required = {Requirement(r).name for r in found.requires or ()}
     assert ours == required & set(PACKAGES)

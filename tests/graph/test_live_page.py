@@ -5,7 +5,6 @@ from collections.abc import Callable
 import json
 import signal
 import subprocess
-import sys
 import time
 from types import SimpleNamespace
 
@@ -15,6 +14,7 @@ from bokeh.events import ButtonClick
 import numpy as np
 import pytest
 from rclpy.node import Node
+from tests.commands import start
 from tests.page import no_run
 from tests.patience import PATIENCE, until
 
@@ -30,9 +30,9 @@ from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.worker import News
-from leo_learner.demo.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.terminal import leo_process
 from leo_msgs_py.values import command_message
 from leo_sim.model import Model
 
@@ -52,7 +52,7 @@ WATCH = ['watch', '--live', '--no-browser', '--json']
 
 @pytest.fixture
 def robot(spawn):
-    return spawn('-c', LEO, *ROBOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return start(spawn, *ROBOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 @pytest.fixture
@@ -179,7 +179,7 @@ def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
 
 
 def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, domain):
-    leo = spawn('-c', LEO, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
+    leo = start(spawn, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
     url = json.loads(leo.stdout.readline())['url']
     document = pull_session(url=url).document
     assert len(document.get_model_by_name('live measured').data['t']) > 100
@@ -189,7 +189,7 @@ def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, doma
 
 def refused(*words) -> str:
     """What a command says that bad input ends."""
-    command = [sys.executable, '-c', LEO, *WATCH, '--model', *words]
+    command = leo_process(*WATCH, '--model', *words)
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 2
     return done.stderr

@@ -27,7 +27,7 @@ EXPLANATION = import_module('leo_diffmodel.explain.explanation')
 def faulty(tmp_path_factory) -> Path:
     """A log whose speed is 6.4 times the change of its angle."""
     clean = record(TORQUE, seconds=15, noise=(1e-3, 0.02))
-    spoilt = FAULTS['speed_scale'].spoil(clean.episodes[0], 0, 0, SIZE)
+    spoilt = FAULTS['speed_scale'].inject(clean.episodes[0], 0, 0, SIZE)
     return bag(tmp_path_factory.mktemp('log') / 'faulty', replace(clean, episodes=(spoilt,)))
 
 
@@ -92,7 +92,7 @@ def test_bag_fix_writes_a_bag_without_it(faulty, tmp_path, capsys):
 
 def test_stretches_without_measurements_are_left_out(tmp_path, capsys):
     clean = record(TORQUE, seconds=15, noise=(1e-3, 0.02))
-    frozen = FAULTS['frozen'].spoil(clean.episodes[0], 0, 0, 1.5)
+    frozen = FAULTS['frozen'].inject(clean.episodes[0], 0, 0, 1.5)
     old = bag(tmp_path / 'frozen', replace(clean, episodes=(frozen,)))
     before = read_bag(old, TORQUE)
     log = Logged.of([before], (), Model(TORQUE), mend=True, by_torques=True)

@@ -88,8 +88,9 @@ def explain(
     from leo_diffmodel.results import Explanation
     from leo_sim.effects import Effect, get_effect, registered_effects
 
-    named = (e if isinstance(e, Effect) else get_effect(str(e)) for e in effects)
-    extra, model = [*registered_effects(), *named], _alone(model)
+    named = [e if isinstance(e, Effect) else get_effect(str(e)) for e in effects]
+    extra = [*registered_effects(), *named]
+    model = _alone(model)
     recordings, held = _read(bags, model), _read(hold_out, model)
     changed = _read(edit_test, model)
     distinct([*recordings, *held, *changed])
@@ -158,11 +159,14 @@ def _alone(model: Model | str | Path) -> Model:
 
 def _read(bags: Bags, model: Model) -> list[Recording]:
     """Recordings of the model's robot; what a bag warns of is warned of."""
+    several = [bags] if isinstance(bags, Recording | str | Path) else bags
     recordings = []
-    for bag in [bags] if isinstance(bags, Recording | str | Path) else bags:
-        recording = bag if isinstance(bag, Recording) else read_bag(bag, model.robot)
-        for text in recording.warnings if bag is not recording else ():
+    for bag in several:
+        if isinstance(bag, Recording):
+            recordings.append(bag)
+            continue
+        recordings.append(read_bag(bag, model.robot))
+        for text in recordings[-1].warnings:
             warnings.warn(text, stacklevel=3)
-        recordings.append(recording)
     distinct(recordings)
     return by_rate(recordings)

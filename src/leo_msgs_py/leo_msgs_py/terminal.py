@@ -14,6 +14,7 @@ _OBEYED = re.compile(
     '[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]'
 )
 """Control codes, what turns the direction of writing, and bytes that are no text."""
+_LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
 
 
 def visible(text: str) -> str:
@@ -55,3 +56,8 @@ def visible_output() -> Iterator[None]:
 def leo(*words: object) -> str:
     """A `leo` command as a shell takes it: each word quoted where it must be."""
     return shlex.join(['leo', *map(str, words)])
+
+
+def leo_process(*words: str) -> list[str]:
+    """A `leo` command as `subprocess` takes it, by this Python: `leo` may not be on the path."""
+    return [sys.executable, '-c', _LEO, *words]

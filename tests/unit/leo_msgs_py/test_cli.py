@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from unittest.mock import Mock
 from xml.etree import ElementTree
 
 import pytest
@@ -25,31 +26,15 @@ LONG = 'x' * 300
 VERBS = ('node', 'param', 'run', 'service', 'status', 'topic')
 
 
-def refuse(argv):
-    raise UserError('the bag x\n  is empty; record one')
-
-
-def interrupt(argv):
-    raise KeyboardInterrupt
-
-
-def interrupt_an_import(argv):
-    try:
-        raise KeyboardInterrupt
-    except KeyboardInterrupt as error:
-        raise ImportError('initialization failed') from error
-
-
-def miss_ros(argv):
-    raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy.node')
-
-
-def miss_another(argv):
-    raise ModuleNotFoundError("No module named 'tea'", name='tea')
-
-
-def fill_the_disk(argv):
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), 'out/report.html')
+FAILING = {
+    'refuse': UserError('the bag x\n  is empty; record one'),
+    'full': OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), 'out/report.html'),
+    'interrupt': KeyboardInterrupt(),
+    'import': ImportError('initialization failed'),
+    'ros': ModuleNotFoundError("No module named 'rclpy'", name='rclpy.node'),
+    'tea': ModuleNotFoundError("No module named 'tea'", name='tea'),
+}
+FAILING['import'].__cause__ = KeyboardInterrupt()
 
 
 class Entry:
@@ -62,14 +47,9 @@ class Entry:
 @pytest.fixture
 def verbs(monkeypatch):
     entries = [
-        Entry('fine', lambda argv: len(argv)),
-        Entry('refuse', refuse),
-        Entry('full', fill_the_disk),
-        Entry('interrupt', interrupt),
-        Entry('import', interrupt_an_import),
-        Entry('ros', miss_ros),
-        Entry('tea', miss_another),
+        Entry('fine', len),
         Entry('guard', lambda argv: int('_ROS_WHEELS_BOOTSTRAP_COMPLETE' in os.environ)),
+        *(Entry(name, Mock(side_effect=error)) for name, error in FAILING.items()),
     ]
     monkeypatch.setattr(cli, 'entry_points', lambda group: entries)
 

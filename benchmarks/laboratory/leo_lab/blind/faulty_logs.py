@@ -214,7 +214,7 @@ def _spoilt(
     name = str(rng.choice(names))
     value = float(SIZES[name](float(np.exp(rng.uniform(0, np.log(30)))), run))
     base = _measured(clean, period, rng) if name in OF_SENSORS else clean
-    spoilt = replace(base, episodes=(FAULTS[name].spoil(base.episodes[0], joint, 0, value),))
+    spoilt = replace(base, episodes=(FAULTS[name].inject(base.episodes[0], joint, 0, value),))
     return name, value, spoilt if name in OF_SENSORS else _measured(spoilt, period, rng)
 
 

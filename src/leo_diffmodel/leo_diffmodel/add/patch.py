@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import datetime
-from itertools import pairwise
 import json
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from leo_sim.model import Model
 def from_explanation(
     model: Model, source: str | Path, sibling: bool = False
 ) -> tuple[Model, list[dict]]:
-    """As `from_data`, of the path of an explain.json; UserError also where it is none."""
+    """As `from_data`, from the path of an explain.json; UserError also where it is none."""
     return from_data(model, read_explanation(Path(source)), source, sibling)
 
 
@@ -105,8 +104,12 @@ def by_name(
 
 def _each(words: Sequence[str]) -> list[list[str]]:
     """The words of each effect: itself and the parameters that follow it."""
-    begins = [0, *(i for i, word in enumerate(words) if i and _names_effect(word)), len(words)]
-    return [list(words[a:b]) for a, b in pairwise(begins) if a < b]
+    groups: list[list[str]] = []
+    for word in words:
+        if not groups or _names_effect(word):
+            groups.append([])
+        groups[-1].append(word)
+    return groups
 
 
 def _names_effect(word: str) -> bool:
@@ -123,13 +126,14 @@ def changed(model: Model, placed: Sequence[Placed]) -> Model:
 
 def _refitted(model: Model, source: str | Path, given: Mapping[str, dict[str, Any]]) -> Model:
     """A model with the constants of an explain.json; of those by recording, with each one's."""
-    shared, each = dict(model.constants), {p: dict(v) for p, v in model.by_recording.items()}
+    shared = dict(model.constants)
+    by_recording = {path: dict(values) for path, values in model.by_recording.items()}
     for path, row in given.items():
         for name, value in row.get('recordings', {}).items():
-            each.setdefault(path, {})[name] = _constant(model, source, path, value)
+            by_recording.setdefault(path, {})[name] = _constant(model, source, path, value)
         if not row.get('recordings'):
             shared[path] = _constant(model, source, path, row)
-    return model.changed(constants=shared, by_recording=each)
+    return model.changed(constants=shared, by_recording=by_recording)
 
 
 def history(explanation: dict) -> list[dict]:

@@ -43,6 +43,7 @@ def merged(found: Sequence[Explanation]) -> Explanation:
     return replace(
         first,
         verdict=last.verdict,
+        rules=last.rules,
         told=tuple(said for each in found for said in each.told),
         effects=[row for each in found for row in each.effects],
         constants={path: c for each in found for path, c in each.constants.items()},
@@ -57,17 +58,16 @@ def merged(found: Sequence[Explanation]) -> Explanation:
 
 def _errors(found: Sequence[Explanation]) -> dict:
     first, last = found[0].errors, found[-1].errors
-    one, *horizon = (
-        {**b, 'before': a['before'], 'mean': {**b['mean'], 'before': a['mean']['before']}}
-        for a, b in zip(_tables(first), _tables(last), strict=True)
-    )
+    one = _from_to(first['one_step'], last['one_step'])
+    horizon = [_from_to(a, b) for a, b in zip(first['horizon'], last['horizon'], strict=True)]
     later = [row for each in found[1:] for row in ladder(each)[1:-1]]
     steps = [*ladder(found[0])[:-1], *later, ladder(found[-1])[-1]]
     return {**last, 'one_step': one, 'horizon': horizon, 'ladder': steps}
 
 
-def _tables(errors: dict) -> list[dict]:
-    return [errors['one_step'], *errors['horizon']]
+def _from_to(first: dict, last: dict) -> dict:
+    mean = {**last['mean'], 'before': first['mean']['before']}
+    return {**last, 'before': first['before'], 'mean': mean}
 
 
 def ladder(result: Explanation) -> list[dict]:

@@ -80,7 +80,8 @@ def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:
         driven = {j: columns for j, columns in run.inputs.items() if interface in columns}
         if driven:
             values = np.column_stack([columns[interface] for columns in driven.values()])
-            yield topic, [*driven], list(values) if topic is CURRENT else _applied(values, driven)
+            rows = list(values) if topic is CURRENT else _applied(values, driven)
+            yield topic, list(driven), rows
 
 
 def _applied(values: Floats, driven: Mapping[str, Mapping[str, Floats]]) -> list[Floats]:

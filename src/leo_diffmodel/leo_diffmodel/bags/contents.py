@@ -73,6 +73,14 @@ class BagContents:
         return tuple(topic for topic in self.topics.values() if topic.type == type_name)
 
 
+def robot_of(bag: Path, named: str = '') -> str:
+    """The model that is named, else the robot that a bag says it is of; UserError without both."""
+    name = named or load(bag).metadata.get('leo', {}).get('robot', '')
+    if not name:
+        raise UserError(f'{bag} does not say which robot it is of; name it with --model')
+    return name
+
+
 def load(path: Path) -> BagContents:
     """Read a bag into memory, up to the cut where it is not finished; refuse what is none."""
     topics: dict[str, TopicLog] = {}

@@ -42,6 +42,16 @@ class Episode:
     enabled: NDArray[np.bool_]
     effort: Floats | None = None
 
+    @property
+    def period(self) -> float:
+        """Median time from state to state [s]."""
+        return float(np.median(np.diff(self.t)))
+
+    @property
+    def seconds(self) -> float:
+        """From its first state to its last [s]."""
+        return float(self.t[-1] - self.t[0])
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -89,21 +99,40 @@ class Recording:
             ) from None
 
     @property
+    def steps(self) -> Floats:
+        """Time from state to state within the episodes [s], one after the other."""
+        return np.concatenate([np.diff(e.t) for e in self.episodes])
+
+    @property
+    def state_period(self) -> float:
+        """Median time from state to state [s]."""
+        return float(np.median(self.steps))
+
+    @property
     def held(self) -> bool:
         """Whether the robot hung with its base fixed."""
         return str(self.metadata.get('held', '')).lower() == 'true'
 
 
+def sample_period(recordings: Iterable[Recording]) -> float:
+    """Median time from state to state over all recordings [s]; NaN where there are none."""
+    steps = [r.steps for r in recordings if r.episodes]
+    return float(np.median(np.concatenate(steps))) if steps else float('nan')
+
+
 def distinct(recordings: Iterable[Recording]) -> None:
     """Refuse recordings of which two have a time of the same bag."""
     for first, second in itertools.combinations(recordings, 2):
-        pairs = itertools.product(first.episodes, second.episodes)
-        overlap = any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
-        if first.sha256 == second.sha256 and overlap:
+        if first.sha256 == second.sha256 and _overlap(first, second):
             raise UserError(
                 f'{second.path} is the same bag as {first.path}; give each once, '
                 'and hold out bags that nothing is learned from'
             )
+
+
+def _overlap(a: Recording, b: Recording) -> bool:
+    pairs = itertools.product(a.episodes, b.episodes)
+    return any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
 
 
 def between(
@@ -136,8 +165,12 @@ def check(begin: float | None, end: float | None) -> tuple[float, float]:
 def kept(
     recording: Recording, out: Sequence[tuple[float, float]], least: float
 ) -> Recording | None:
-    """A recording less stretches of time [s] that are apart, and pieces under `least` [s]."""
-    begins, ends = [-np.inf, *(end for _, end in out)], [*(begin for begin, _ in out), np.inf]
+    """A recording less stretches of time [s], in order and apart; None if nothing is left.
+
+    Pieces shorter than `least` [s] are dropped.
+    """
+    begins = [-np.inf, *(end for _, end in out)]
+    ends = [*(begin for begin, _ in out), np.inf]
     pieces = [
         at_rows(e, (e.t > begin) & (e.t < end))
         for e in recording.episodes
@@ -172,17 +205,19 @@ def by_rate(recordings: Iterable[Recording]) -> list[Recording]:
 def _parts(recording: Recording) -> list[Recording]:
     first: list[Episode] = []
     for e in recording.episodes:
-        if e.t[-1] - e.t[0] >= LEAST and not any(_alike(e, other) for other in first):
+        if e.seconds >= LEAST and not any(_alike(e, other) for other in first):
             first.append(e)
     if len(first) < 2:
         return [recording]
     parts: list[list[Episode]] = [[] for _ in first]
     for e in recording.episodes:
-        parts[next((k for k, f in enumerate(first) if _alike(e, f)), 0)].append(e)
+        number = next((k for k, other in enumerate(first) if _alike(e, other)), 0)
+        parts[number].append(e)
     return [_part(recording, number, episodes) for number, episodes in enumerate(parts)]
 
 
 def _alike(a: Episode, b: Episode) -> bool:
+    """Whether the usual step of one is among the middle half of the other's, or near it."""
     low, usual, high = np.quantile(np.diff(a.t), (0.25, 0.5, 0.75))
     other_low, other, other_high = np.quantile(np.diff(b.t), (0.25, 0.5, 0.75))
     return bool(
@@ -195,18 +230,14 @@ def _part(recording: Recording, number: int, episodes: list[Episode]) -> Recordi
 
     Gaps in the bag are none of a part's.
     """
-    period, whole = _period(episodes), _period(recording.episodes)
+    part = replace(recording, episodes=tuple(episodes))
+    period, whole = part.state_period, recording.state_period
     path = recording.path.with_name(f'{recording.name} (part {number + 1}, {1 / period:.4g} Hz)')
     of_all = recording.command_period
     told = [w for w in recording.warnings if not w.endswith('gaps; split there')]
     return replace(
-        recording,
+        part,
         path=path,
         command_period=period if whole / NEAR < of_all < whole * NEAR else of_all,
-        episodes=tuple(episodes),
         warnings=tuple(w.replace(str(recording.path), str(path), 1) for w in told if not number),
     )
-
-
-def _period(episodes: Iterable[Episode]) -> float:
-    return float(np.median(np.concatenate([np.diff(e.t) for e in episodes])))

@@ -163,15 +163,15 @@ def read_goals(
     named = {name for said in found.values() for a in said for name in a.names}
     if not named & set(bag.motors):
         return None
-    sources = {name: _source(bag, found, name, role) for name in bag.motors}
-    said_of = {name: found[source] for name, source in sources.items()}
+    sources = [_source(bag, found, name, role) for name in bag.motors]
+    asked = [(name, found[source]) for name, source in zip(bag.motors, sources, strict=True)]
     edges = [0, *(np.flatnonzero(np.diff(states.stamp_ns) < 0) + 1).tolist(), len(states.stamp_ns)]
     runs = [slice(a, b) for a, b in pairwise(edges)]  # a restarted robot begins another
-    parts = [_run(states, run, said_of, measured, role) for run in runs]
+    parts = [_run(states, run, asked, measured, role) for run in runs]
     log, stamp, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
     if not len(log):
         return None
-    return ', '.join(dict.fromkeys(sources.values())), log, stamp, values
+    return ', '.join(dict.fromkeys(sources)), log, stamp, values
 
 
 def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role) -> str:
@@ -190,7 +190,11 @@ def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role)
 
 
 def _run(
-    states: StateLog, run: slice, said_of: dict[str, list[Asked]], measured: Floats, role: Role
+    states: StateLog,
+    run: slice,
+    asked: list[tuple[str, list[Asked]]],
+    measured: Floats,
+    role: Role,
 ) -> tuple[Stamps, Stamps, Floats]:
     """Log times, stamps and goals of one run; none before all joints have one."""
     t = states.stamp_ns[run]
@@ -198,8 +202,8 @@ def _run(
     last = states.log_ns[run.stop] if run.stop < len(states.log_ns) else np.iinfo(np.int64).max
     delay = int(np.median(states.log_ns[run] - t))
     legs = []
-    for name, said in said_of.items():
-        now = [a for a in said if first <= a.log_ns < last and name in a.names]
+    for name, messages in asked:
+        now = [a for a in messages if first <= a.log_ns < last and name in a.names]
         legs.append(_legs(now, name, delay, states.stamped, role))
     if not all(legs):
         return t[:0], t[:0], np.zeros((0, len(legs)))
@@ -219,7 +223,6 @@ def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -
     """What the messages ask of one joint, in robot time, in the order in which it counts.
 
     Set points that a controller says it follows are one path, straight from one to the next.
-
     `delay` is from a stamp to when it is recorded [ns]; stamps count where the states have some.
     """
     legs = []

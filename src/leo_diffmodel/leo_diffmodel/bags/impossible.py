@@ -34,7 +34,7 @@ MOSTLY = 0.9
 class Channel(NamedTuple):
     name: str
     unit: str
-    most: float
+    most: float  # that is possible in it
 
 
 def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
@@ -57,11 +57,12 @@ def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
 
 def input_channels(robot: Robot, kind: str) -> list[Channel]:
     """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
-    unit, channels = INPUT_UNITS[kind], []
+    channels = []
     for motor in robot.actuators:
         most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': _stall(motor)}[kind]
-        units = sliding(unit) if motor.joint in robot.slides else unit
-        channels.append(Channel(f'inputs of {motor.joint}', units, most))
+        slides, unit = motor.joint in robot.slides, INPUT_UNITS[kind]
+        name = f'inputs of {motor.joint}'
+        channels.append(Channel(name, sliding(unit) if slides else unit, most))
     return channels
 
 

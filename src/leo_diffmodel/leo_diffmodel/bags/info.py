@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -46,7 +45,8 @@ class TopicInfo:
     rate: float
 
 
-class EpisodeInfo(NamedTuple):
+@dataclass(frozen=True)
+class EpisodeInfo:
     """One unbroken stretch of joint states [s since the first], and how many they are."""
 
     start: float
@@ -60,7 +60,8 @@ class BagInfo:
 
     `state` is a key of `_STATES`, `size` in bytes, `duration` the log time from the first to the
     last message [s], `state_rate` in joint states per second of robot time, `breaks` how often
-    each kind of break came. `told` is what was done about several publishers, or why no states
+    each kind of break came, `metadata` the `leo` record. `damaged` records and chunks do not read,
+    or have a wrong checksum. `told` is what was done about several publishers, or why no states
     were read.
     """
 
@@ -183,8 +184,9 @@ def show(info: BagInfo, console: Console) -> None:
 
 def _episode_table(episodes: tuple[EpisodeInfo, ...]) -> Table:
     table = Table(*figures('episode', 'from s', 'to s', 'samples'))
-    for number, (start, end, samples) in enumerate(episodes[:_MANY], start=1):
-        table.add_row(str(number), f'{start:.3f}', f'{end:.3f}', str(samples))
+    for number, episode in enumerate(episodes[:_MANY], start=1):
+        start, end = f'{episode.start:.3f}', f'{episode.end:.3f}'
+        table.add_row(str(number), start, end, str(episode.samples))
     if len(episodes) > _MANY:
         table.add_row(f'and {len(episodes) - _MANY} more', '', '', '')
     return table

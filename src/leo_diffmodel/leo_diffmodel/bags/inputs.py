@@ -25,7 +25,9 @@ from .states import deserialize, stamp_of, StateLog
 from .topic_map import COMMANDS, RobotBag, Role
 from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
 
-NEAR_GOAL = 1.0  # rad: so near its goal, less whole turns, a joint mostly is
+NEAR_GOAL = 1.0
+"""rad: so near its goal, less whole turns, a joint mostly is where the goal counts from another
+turn."""
 MOSTLY = 0.9  # share of the goals
 Row = tuple[list[float], list[float]]  # values and enabled of one message, in actuator order
 

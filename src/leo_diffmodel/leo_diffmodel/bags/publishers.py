@@ -71,8 +71,11 @@ def _one(parts: list[Part], joints: Sequence[str], topic: str) -> tuple[Part, tu
 
 
 def _concatenated(parts: list[Part]) -> Part:
-    order = np.argsort(np.concatenate([part.log for part in parts]), kind='stable')
-    log, published, stamp = (np.concatenate([part[k] for part in parts])[order] for k in (3, 4, 5))
+    """What several publishers of the same joints sent, in log order."""
+    log = np.concatenate([part.log for part in parts])
+    order = np.argsort(log, kind='stable')
+    published = np.concatenate([part.published for part in parts])[order]
+    stamp = np.concatenate([part.stamp for part in parts])[order]
     fields: list[Floats | None] = []
     for columns in zip(*(part.fields for part in parts), strict=True):
         width = next((column.shape[1] for column in columns if column is not None), None)
@@ -81,7 +84,9 @@ def _concatenated(parts: list[Part]) -> Part:
             for part, column in zip(parts, columns, strict=True)
         ]
         fields.append(None if width is None else np.concatenate(whole)[order])
-    return Part(*parts[0][:3], log, published, stamp, tuple(fields))
+    return parts[0]._replace(
+        log=log[order], published=published, stamp=stamp, fields=tuple(fields)
+    )
 
 
 def _joined(
@@ -109,6 +114,7 @@ def _joined(
 
 
 def _overlap(a: Part, b: Part) -> bool:
+    """Whether two publishers spoke at the same time, and not one after the other."""
     if min(len(a.log), len(b.log)) < FEWEST:
         return False
     return bool(a.log[0] < b.log[-1] and b.log[0] < a.log[-1])
@@ -141,8 +147,12 @@ def _at_the_fastest(parts: list[Part], columns: list[list[int]]) -> Part:
             if whole is not None and values is not None:
                 part = values[:, own]
                 whole[:, own] = part if half is base else _at(t, at, part)
-    kept = tuple(None if f is None else f[known] for f in fields)
-    return Part(*base[:3], base.log[known], base.published[known], base.stamp[known], kept)
+    return base._replace(
+        log=base.log[known],
+        published=base.published[known],
+        stamp=base.stamp[known],
+        fields=tuple(None if f is None else f[known] for f in fields),
+    )
 
 
 def _clock(parts: list[Part]) -> str:

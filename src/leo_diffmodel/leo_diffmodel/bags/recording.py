@@ -16,9 +16,10 @@ from leo_sim.description.robot import load_robot, Robot
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
+from .held import average, Held, held_inputs
 from .impossible import without_impossible
 from .inputs import InputLog, on_the_angles_turn, read_inputs
-from .mend import average, Held, held_inputs, on_time
+from .mend import on_time
 from .notes import notes_of
 from .spikes import without_spikes
 from .split import split, unwrapped
@@ -70,32 +71,8 @@ def held_each_way(
     contents: BagContents, robot: Robot, mapping: TopicMap, holds: Sequence[str]
 ) -> Iterator[Recording]:
     """Decode once; yield the recording, as `read_bag`, with its inputs held in each way."""
-    path = contents.path
-    if not contents.message_count:
-        if contents.finished or not any(file.stat().st_size for file in contents.files):
-            raise UserError(f'{path} is empty: nothing was recorded; was the robot running?')
-        raise UserError(
-            f'{path} is damaged, or was cut before the first message: nothing in it reads; '
-            'record again'
-        )
     bag = RobotBag(contents, robot, mapping)
-    topic = bag.topic('joint_states')
-    if topic is None:
-        raise UserError(
-            f'{path} has no topic /joint_states; it has {list_topics(contents)}. '
-            'Name the one to use in a topic map (topics: {joint_states: ...})'
-        )
-    try:
-        states = read_states(topic, robot.joint_names, mapping)
-        for filtered in FILTERS:
-            states = filtered(states, robot, mapping)
-    except UserError as error:
-        raise type(error)(f'{path}: {error}') from error
-    if (step := median_step(states.stamp_ns)) > SELDOM:
-        raise UserError(
-            f'{path}: states come {step:.4g} s apart, and beyond {SELDOM:g} s no '
-            'motion of a robot shows; which unit is its time in?'
-        )
+    states = _states(bag)
     segments = split(states, bag.topic('episode'))
     inputs = on_the_angles_turn(read_inputs(bag, states), states, robot)
     digest, facts = sha256(contents.files), contents.metadata.get('leo', {})
@@ -103,16 +80,10 @@ def held_each_way(
         facts = {**facts, 'held': str(mapping.held).lower()}
     for hold in holds:
         held = held_inputs(states, inputs, segments.slices, hold == 'previous')
-        found = (
-            _episode(states, part, own, len(robot.actuators), mapping.time_scale)
-            for part, own in zip(segments.slices, held, strict=True)
-        )
-        episodes = tuple(episode for episode in found if episode is not None)
-        if not episodes:
-            raise UserError(f'{path}: no joint states while inputs were recorded; record both')
+        episodes = _episodes(bag, states, segments.slices, held)
         used = sum(len(episode.t) for episode in episodes)
         recording = Recording(
-            path=path,
+            path=bag.path,
             sha256=digest,
             joints=tuple(robot.joint_names),
             actuators=tuple(a.joint for a in robot.actuators),
@@ -126,9 +97,52 @@ def held_each_way(
         yield on_time(recording, mapping)
 
 
+def _states(bag: RobotBag) -> StateLog:
+    """The joint states, filtered; refuse a bag without any that are of use."""
+    if not bag.contents.message_count:
+        raise UserError(f'{bag.path} {_why_nothing(bag.contents)}')
+    topic = bag.topic('joint_states')
+    if topic is None:
+        raise UserError(
+            f'{bag.path} has no topic /joint_states; it has {list_topics(bag.contents)}. '
+            'Name the one to use in a topic map (topics: {joint_states: ...})'
+        )
+    try:
+        states = read_states(topic, bag.robot.joint_names, bag.map)
+        for filtered in FILTERS:
+            states = filtered(states, bag.robot, bag.map)
+    except UserError as error:
+        raise type(error)(f'{bag.path}: {error}') from error
+    if (step := median_step(states.stamp_ns)) > SELDOM:
+        raise UserError(
+            f'{bag.path}: states come {step:.4g} s apart, and beyond {SELDOM:g} s no '
+            'motion of a robot shows; which unit is its time in?'
+        )
+    return states
+
+
+def _why_nothing(contents: BagContents) -> str:
+    if contents.finished or not any(file.stat().st_size for file in contents.files):
+        return 'is empty: nothing was recorded; was the robot running?'
+    return 'is damaged, or was cut before the first message: nothing in it reads; record again'
+
+
+def _episodes(
+    bag: RobotBag, states: StateLog, parts: Sequence[slice], held: Sequence[Held | None]
+) -> tuple[Episode, ...]:
+    actuators, time_scale = len(bag.robot.actuators), bag.map.time_scale
+    both = zip(parts, held, strict=True)
+    found = (_episode(states, part, own, actuators, time_scale) for part, own in both)
+    episodes = tuple(episode for episode in found if episode is not None)
+    if not episodes:
+        raise UserError(f'{bag.path}: no joint states while inputs were recorded; record both')
+    return episodes
+
+
 def _episode(
     states: StateLog, part: slice, held: Held | None, actuators: int, time_scale: float
 ) -> Episode | None:
+    """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
         first = held[0][0] if len(held[0]) else np.iinfo(np.int64).max
         part = slice(part.start + int((states.stamp_ns[part] < first).sum()), part.stop)

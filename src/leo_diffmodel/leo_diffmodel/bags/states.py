@@ -153,16 +153,17 @@ def _part(
     ours = tuple(k for k, name in enumerate(wanted) if name in names)
     times = [(logged.log_ns, logged.published_ns, stamp_of(m)) for logged, m in rows]
     log, published, stamp = np.array(times, dtype=np.int64).T
+    theirs = [names.index(wanted[k]) for k in ours]
     fields: list[Floats | None] = []
     for field in ('position', 'velocity', 'effort'):
-        whole = {
-            k: v for k, (_, m) in enumerate(rows) if len(v := getattr(m, field)) == len(names)
-        }
-        values = np.full((len(rows), len(wanted)), np.nan)
-        if ours and whole:
-            theirs = [names.index(wanted[k]) for k in ours]
-            values[np.ix_(list(whole), ours)] = np.array(list(whole.values()))[:, theirs]
-        fields.append(values if ours and whole else None)
+        told = [getattr(message, field) for _, message in rows]
+        whole = [k for k, values in enumerate(told) if len(values) == len(names)]
+        if not (ours and whole):
+            fields.append(None)
+            continue
+        found = np.full((len(rows), len(wanted)), np.nan)
+        found[np.ix_(whole, ours)] = np.array([told[k] for k in whole])[:, theirs]
+        fields.append(found)
     return Part(frame, names, ours, log, published, stamp, tuple(fields))
 
 

@@ -55,8 +55,12 @@ Seconds = Annotated[float, Field(ge=-MOST_LATE, le=MOST_LATE, allow_inf_nan=Fals
 class JointMap(Fixed):
     """Where one of our joints is in the bag, and how its channels are to be mended.
 
-    speed(t) = sign * speed_scale * (theirs(t + speed_late) - speed_zero). Before, what is above
-    half of speed_wraps is that much less, or what is above speed_sign_at counts down from there.
+    angle = sign * scale * theirs + offset; speed(t) = sign * speed_scale *
+    (theirs(t + speed_late) - speed_zero), or the slope of the angle where `speed` is none; its
+    input is multiplied by input_scale and by input_sign (else sign), and acts input_late later.
+    Theirs, of a negative speed that was logged as a positive number, is first made negative: what
+    is above half of speed_wraps is that much less, or what is above speed_sign_at counts down from
+    there. Where goal_is_angle, goal and angle stand in each other's place.
     """
 
     name: str | None = None
@@ -99,13 +103,17 @@ class TopicMap(Fixed):
 
     def inputs(self, theirs: Floats, joints: Sequence[str], kind: str) -> Floats:
         """Return inputs (N, A) along our joints [V, N m or rad]; goals count from our zero."""
-        maps, sources = [self.joint(n) for n in joints], [self.input_of.get(n, n) for n in joints]
-        for name, source in zip(joints, sources, strict=True):
-            if source not in joints:
-                raise UserError(f'topic map: input_of {name}: no input of {source!r} is logged')
+        maps = [self.joint(name) for name in joints]
         factors = np.array([(m.input_sign or m.sign) * m.input_scale for m in maps])
-        ours = theirs[:, [list(joints).index(s) for s in sources]] * self.scale * factors
+        columns = [self._column(name, joints) for name in joints]
+        ours = theirs[:, columns] * self.scale * factors
         return ours + np.array([m.offset for m in maps]) if kind == 'position' else ours
+
+    def _column(self, name: str, joints: Sequence[str]) -> int:
+        source = self.input_of.get(name, name)
+        if source not in joints:
+            raise UserError(f'topic map: input_of {name}: no input of {source!r} is logged')
+        return list(joints).index(source)
 
 
 @dataclass(frozen=True)

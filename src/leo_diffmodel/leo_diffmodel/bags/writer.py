@@ -42,6 +42,7 @@ class Spool:
         return len(data)
 
     def flush(self) -> None:
+        """Hand all to the operating system; what it does not take now (OSError) waits."""
         """Hand everything to the operating system; what it does not take now (OSError) waits."""
         while self._waiting:
             del self._waiting[: os.write(self._file.fileno(), self._waiting)]
@@ -139,7 +140,7 @@ def make_folder(folder: Path) -> None:
 
 
 class BagWriter:
-    """One bag folder being written, with how many messages, and how many that are not on disk yet.
+    """One bag folder being written: `count` messages, of which `unsaved` still wait.
 
     Messages reach the operating system in small whole chunks at most `FLUSH_SECONDS` after they
     came, as long as `flush` is also called when none come. While open, the file is locked, which
@@ -169,15 +170,17 @@ class BagWriter:
             self.add_metadata(metadata)
 
     def add_topic(self, name: str, type_name: str, qos: str = '') -> int:
-        """Return the channel of a topic, of one that is new with `offered_qos_profiles`."""
-        if name not in self._channels:
-            text, digest = definition(type_name)
-            schema = self._schemas.get(type_name) or self._writer.register_schema(
+        """Return the channel of a topic, added at first; `qos` is its `offered_qos_profiles`."""
+        if name in self._channels:
+            return self._channels[name]
+        text, digest = definition(type_name)
+        if type_name not in self._schemas:
+            self._schemas[type_name] = self._writer.register_schema(
                 type_name, 'ros2msg', text.encode()
             )
-            self._schemas[type_name] = schema
-            facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
-            self._channels[name] = self._writer.register_channel(name, 'cdr', schema, facts)
+        schema = self._schemas[type_name]
+        facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
+        self._channels[name] = self._writer.register_channel(name, 'cdr', schema, facts)
         return self._channels[name]
 
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
@@ -202,6 +205,7 @@ class BagWriter:
             self.flush()
 
     def flush(self) -> None:
+        """Hand all to the operating system; what it does not take now (OSError) waits."""
         self._writer.flush()
         self._flushed = time.monotonic()
         self.unsaved = 0
@@ -223,7 +227,10 @@ class BagWriter:
         return os.fstat(self._stream.fileno()).st_nlink == 0
 
     def close(self) -> None:
-        """Write the index, and metadata.yaml where the folder is; close the file in any case."""
+        """Write the index, and metadata.yaml where the folder is; close the file in any case.
+
+        OSError: the disk does not take them.
+        """
         try:
             self._writer.flush()
             self._writer.finish()

@@ -9,7 +9,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import free_speed, length_unit
 from leo_diffmodel.outside.finding import ERROR, Finding, OK, WARNING
-from leo_diffmodel.outside.samples import period, resolution, steps
+from leo_diffmodel.outside.samples import resolution
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Joint
 
@@ -23,8 +23,8 @@ WITHOUT_SPEED = {
 def angle_units(recording: Recording, robot: Robot) -> list[Finding]:
     """One finding per hinge of an imported log whose angles cannot be radians.
 
-    They are far outside its limits; or it has none, nobody said the unit, and its motor is not so
-    fast.
+    They are far outside the limits of its robot. A hinge without limits turns as often as it
+    likes: it is suspect where nobody said the unit and it turns faster than its motor can.
     """
     if 'imported_from' not in recording.metadata:
         return []
@@ -44,7 +44,7 @@ def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> list[
     lower, upper = joint.limits
     reach = CHECK.beyond_limits * max(abs(lower), abs(upper))
     change = np.concatenate([np.diff(e.q[:, j]) for e in recording.episodes])
-    speed = float(np.quantile(np.abs(change / steps(recording)), 0.9))
+    speed = float(np.quantile(np.abs(change / recording.steps), 0.9))
     if np.isfinite(reach) and max(-low, high) > reach:
         why = f'and its limits are {lower:.3g} and {upper:.3g} rad'
     elif speed > fastest:
@@ -83,6 +83,6 @@ def _coarseness(recording: Recording, j: int) -> tuple[float, float, str]:
     rms.
     """
     finest = max(resolution(e.q[:, j]) for e in recording.episodes)
-    off = finest / np.sqrt(24) / period(recording)
+    off = finest / np.sqrt(24) / recording.state_period
     speed = float(np.sqrt(np.mean(np.concatenate([e.dq[:, j] for e in recording.episodes]) ** 2)))
     return off, off / speed if speed else 0.0, recording.joints[j]

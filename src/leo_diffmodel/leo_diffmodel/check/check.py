@@ -85,7 +85,7 @@ def check(
 ) -> Check:
     """Look at the bags of one robot one by one, then at what they can show together.
 
-    `extra` are a user's own effects; `progress` hears of what is being looked at.
+    `extra` are a user's own effects; `progress` is called with what is being looked at.
     """
     recordings = [bag.recording for bag in bags]
     model = with_known(model, recordings)
@@ -166,7 +166,7 @@ def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     recordings = [bag.recording for bag in bags]
-    seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
+    seconds = sum(e.seconds for r in recordings for e in r.episodes)
     todo = 'record 20 s or more with a changing input, or leave that bag out'
     short = Finding('short', ERROR, why, todo)
     found = [

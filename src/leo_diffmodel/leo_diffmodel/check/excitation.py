@@ -34,7 +34,7 @@ class Excitation:
 
 
 def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Excitation]:
-    """One row per joint by noise (R, 2J); those of a base that was held in all bags have none."""
+    """One row per joint; those of a base that was held in all bags have none. Noise is (R, 2J)."""
     return [
         _joint([recordings[i] for i in used], sigma[used], j, robot)
         for j, used in _loose(recordings, robot.base_joints)

@@ -13,7 +13,7 @@ from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
-from leo_diffmodel.outside.samples import period, runs
+from leo_diffmodel.outside.samples import runs
 
 Array = np.ndarray
 EARLY, OWN, LATE = 0, 1, 2  # rows from the goal to the angle that it moves first
@@ -96,11 +96,14 @@ def frame_shift(recording: Recording) -> list[Finding]:
     rows = {_first(*_shares(recording, j, a)) for j, a in moving} - {None}
     if len(rows) != 1:
         return [Finding('frame', OK, 'in which frame a goal acts does not show here')]
-    return [_acts_in(rows.pop(), f'{1e3 * period(recording):.0f} ms')]
+    return [_acts_in(rows.pop(), f'{1e3 * recording.state_period:.0f} ms')]
 
 
 def _first(share: Array, spread: Array) -> int | None:
-    """The newest row whose goal surely has a share (R,), no newer one perhaps; or None."""
+    """The newest row whose goal has a share; None where newer ones may have one as well.
+
+    Shares of the goals in the angle, the newest first, and their standard deviations are (R,).
+    """
     small = CHECK.small_share
     for row in (EARLY, OWN, LATE):
         if share[row] > CHECK.frame_sigmas * spread[row] and share[row] > small * share.max():

@@ -15,7 +15,7 @@ from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
+from leo_diffmodel.compare.windows import cut, spread_out, Windows
 from leo_diffmodel.explain.problem.likelihood import huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.outside.finding import ERROR, Finding, OK
@@ -38,7 +38,10 @@ class Misfit:
 def hold(
     recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
 ) -> list[Finding]:
-    """Which way of holding the inputs the data support, if there is the `other` way to ask."""
+    """Which way of holding the inputs the data support, by noise (2J,).
+
+    `recording` was read as `hold_now` says, `other` the other way; None leaves the question out.
+    """
     if other is None or recording.input == 'none':
         return []
     ahead = preference(recording, other, model, sigma)
@@ -133,7 +136,7 @@ def misfit(recording: Recording, model: Model, sigma: Array) -> Misfit:
     Torques that are constant, that grow in time and that go along with the input are free at each
     joint, so that what the model lacks does not pass for an input at the wrong time.
     """
-    seconds = CHECK.hold_intervals * sample_period([recording])
+    seconds = CHECK.hold_intervals * recording.state_period
     most = CHECK.hold_windows_on_ground if model.robot.contacts else CHECK.hold_windows
     windows = spread_out(cut([recording], seconds, history=COMPARE.history), most)
     predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))

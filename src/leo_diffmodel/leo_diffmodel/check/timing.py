@@ -11,7 +11,6 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
-from leo_diffmodel.outside.samples import period, steps
 
 HARMLESS = (
     'still being recorded',
@@ -38,8 +37,8 @@ def _reading(recording: Recording) -> list[Finding]:
 
 
 def _rate(recording: Recording) -> Finding:
-    typical = period(recording)
-    jitter = float(np.quantile(np.abs(steps(recording) - typical), 0.95)) / typical
+    typical = recording.state_period
+    jitter = float(np.quantile(np.abs(recording.steps - typical), 0.95)) / typical
     what = (
         f'joint states at {1 / typical:.4g} Hz, '
         f'commands at {1 / recording.command_period:.4g} Hz; '
@@ -68,7 +67,7 @@ def _gaps(recording: Recording) -> list[Finding]:
 def length(recordings: Sequence[Recording]) -> Finding:
     """How long all bags together are."""
     episodes = [e for r in recordings for e in r.episodes]
-    seconds = sum(float(e.t[-1] - e.t[0]) for e in episodes)
+    seconds = sum(e.seconds for e in episodes)
     what = f'{seconds:.1f} s in {len(episodes)} {"episode" if len(episodes) == 1 else "episodes"}'
     if seconds < CHECK.short_seconds:
         return Finding('length', WARNING, what, 'record 20 s or more')
@@ -117,7 +116,7 @@ def _rounded_to(t: Array) -> float:
 
 def slow(recording: Recording) -> list[Finding]:
     """Whether states come too rarely for friction at a turn, delay and backlash to show."""
-    step = period(recording)
+    step = recording.state_period
     if step <= 1 / CHECK.slowest:
         return []
     what = (

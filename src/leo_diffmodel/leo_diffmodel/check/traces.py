@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.settings import CHECK
-from leo_diffmodel.compare.windows import thin
+from leo_diffmodel.compare.windows import evenly, thin
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
 from leo_diffmodel.explain.estimate.ground_scan import scanner_of
@@ -71,7 +71,7 @@ def traces_of(
     some = roughly(fewer(whole), whole.windows.count)
     problem = settled_on_ground(some)
     share = problem.windows.count * float(problem.windows.dt[0].sum())
-    seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
+    seconds = sum(e.seconds for r in recordings for e in r.episodes)
     scans = scan_all(problem, model, candidates(model, extra), progress)
     traces = tuple(_trace(s, max(seconds / share, 1.0)) for s in scans)
     price = 0.5 * float(np.log(whole.windows.measured.size))
@@ -91,9 +91,8 @@ def fewer(problem: Problem) -> Problem:
     count, most = problem.windows.count, CHECK.trace_windows // problem.windows.q.shape[-1]
     if problem.base.robot.contacts:
         most = CHECK.trace_windows_on_ground
-    kept = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
-    problem = problem.take(kept)
-    return replace(problem, train=np.ones(len(kept), dtype=bool))
+    problem = problem.take(evenly(count, most))
+    return replace(problem, train=np.ones(problem.windows.count, dtype=bool))
 
 
 def scan_all(

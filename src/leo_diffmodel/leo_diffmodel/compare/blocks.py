@@ -61,7 +61,7 @@ class Blocks:
         """Which part of the recordings, by time, is held out."""
         if not self.held_sources:
             return 1.0 / COMPARE.held_out_every
-        seconds = [sum(float(e.t[-1] - e.t[0]) for e in r.episodes) for r in recordings]
+        seconds = [sum(e.seconds for e in r.episodes) for r in recordings]
         return sum(seconds[i] for i in self.held_sources) / sum(seconds)
 
     def folds(self, windows: Windows) -> Array:

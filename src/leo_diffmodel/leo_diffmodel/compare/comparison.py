@@ -43,12 +43,12 @@ def compare(
 ) -> Comparison:
     """Score a model on recordings of one robot.
 
-    A step [s] is the control period of the data by default. `progress` hears `STAGES` times what
-    comes next.
+    A step [s] is the control period of the data by default. `progress` is called with what comes
+    next, `STAGES` times.
 
     Raises:
         UserError: the recordings are too short for a single window, or a step out of reach; or
-        they say constants of themselves that the robot does not have.
+            they say constants of themselves that the robot does not have.
     """
     began = time.monotonic()
     model = with_known(model, recordings)
@@ -141,7 +141,7 @@ def windows_up_to(
     Raises:
         ValueError: not even a step fits.
     """
-    lengths = np.array([float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes])
+    lengths = np.array([e.seconds for r in recordings for e in r.episodes])
 
     def fit(whole: float) -> bool:
         """Whether windows of that length can start in a good part of the data."""

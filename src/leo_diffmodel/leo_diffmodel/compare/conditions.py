@@ -44,7 +44,11 @@ class Condition:
 def conditions(
     windows: Windows, model: Model, most: int = COMPARE.most_bins, pressed: Array | None = None
 ) -> list[Condition]:
-    """Every condition that at least eight windows were in, each window once per variable."""
+    """Every condition that at least eight windows were in, each window once per variable.
+
+    Motor law and gravity of the model say what a gear carries. `most` is the number of bands of a
+    variable; the ground presses on the spheres `pressed`, (W, K+1, P).
+    """
     load = carried(windows, model)
     of_feet = None if pressed is None else phases(model.robot, pressed, windows.held)
     found: list[Condition] = []

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import sample_period
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import of_inputs
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import length_unit
-from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
+from leo_diffmodel.compare.windows import cut, per_window, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 from leo_sim.task.task import observation
@@ -115,10 +116,10 @@ def horizon_windows(
     Windows count samples: where bags differ in rate, those of the fastest last `seconds`. They
     keep what was before them where the model has a memory, or where `remembering` says so.
     """
-    total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
+    total = sum(e.seconds for r in recordings for e in r.episodes if len(e.t) > 1)
     period = sample_period(recordings)
     stride = max(period, total / (most or most_windows(model, seconds)))
-    seconds *= period / min(sample_period([r]) for r in recordings)
+    seconds *= period / min(r.state_period for r in recordings)
     history = COMPARE.history if remembering or has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
 

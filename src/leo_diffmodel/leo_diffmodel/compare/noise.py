@@ -20,7 +20,7 @@ from leo_diffmodel.compare.pushes import (
     whitened,
 )
 from leo_diffmodel.compare.settings import COMPARE
-from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
+from leo_diffmodel.compare.windows import cut, spread_out, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -33,7 +33,7 @@ def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
     Raises:
         ValueError: a recording is too short for a single one.
     """
-    return [_short(r, sample_period([r])) for r in recordings]
+    return [_short(r, r.state_period) for r in recordings]
 
 
 def _short(recording: Recording, period: float) -> Windows:
@@ -101,7 +101,8 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
 def _about_curves(windows: Windows, quantile: float) -> Array:
     """Noise of each channel about a curve through each window, without a model, shape (2J,).
 
-    A wrong height of the ground is in every window with contact, and in no start state.
+    A wrong height of the ground, or of the sensor above it, is in every window with contact, and
+    no start state takes it up.
     """
     degree = COMPARE.curve_degree
     even = np.linspace(-1, 1, windows.steps + 1)
@@ -158,7 +159,10 @@ def _along(windows: Windows) -> Array:
 
 
 def _reweighted(residual: Array, columns: Array, sigma: Array, quantile: float) -> Array:
-    """One round: project with the present weights, then rescale each channel by that quantile."""
+    """One round: project with the present weights, then rescale each channel.
+
+    The share `quantile` of the windows has less left than the noise it is rescaled to.
+    """
     channels = residual.shape[-1]
     e, a = whitened(residual, columns, sigma)
     left, size, _ = np.linalg.svd(a, full_matrices=False)

@@ -37,7 +37,10 @@ def predict(model: Model, windows: Windows, start: Array, push: Array | None = N
 
 
 def own(model: Model, windows: Windows, instants: bool = False) -> Model:
-    """The model with the constants of each window's own recording, or of all its instants."""
+    """The model with the constants of each window's own recording.
+
+    For states (..., W, J), or (W, K, J) of several instants in each window.
+    """
     source = windows.source[:, None] if instants else windows.source
     return model.of_recordings(windows.recordings, source)
 
@@ -45,8 +48,9 @@ def own(model: Model, windows: Windows, instants: bool = False) -> Model:
 def respond(model: Model, windows: Windows, start: Array, torques: Array) -> tuple[Array, Array]:
     """Predicted states and their sensitivities, by finite differences in one rollout.
 
-    Of start states (W, 2J) and small extra joint torques (B, W, K, J) [N m]: (W, K+1, 2J), and per
-    unit of start state, then per torque, (W, K+1, 2J, 2J + B).
+    From start states (W, 2J) and small extra joint torques (B, W, K, J) [N m]: predictions
+    (W, K+1, 2J), and columns (W, K+1, 2J, 2J + B) per unit of start state [rad, rad/s], then per
+    torque.
     """
     states = start.shape[-1]
     moves = np.zeros((1 + states + len(torques), 1, states))
@@ -86,7 +90,9 @@ def tame(columns: Array) -> Array:
 
 
 def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
-    """Start states (W, 2J) that fit best, linearised by `respond`, with noise (W or 1, 1, 2J).
+    """Start states (W, 2J) that fit best, linearised about the measured ones by `respond`.
+
+    `sigma` is the noise of each window and channel, (W or 1, 1, 2J).
 
     Contact makes the answer nonlinear: a foot that the noise of its start puts a millimetre into
     the ground leaps. Near the true start the columns mean what they say.
@@ -103,7 +109,7 @@ def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> 
 def fast_enough(model: Model, windows: Windows) -> Model:
     """The model with the coarsest of its schemes that is as good on short windows of the data.
 
-    Its typical difference is a small part of what the model is off by anyway, larger ones are
+    Its typical difference is a small part of what the model is off by anyway, and larger ones are
     rare: a landing foot is some rad/s apart now and then in any two schemes.
     """
     if not model.robot.contacts or model.scheme != 'reference':
@@ -124,8 +130,9 @@ def fast_enough(model: Model, windows: Windows) -> Model:
 def stepped(model: Model, windows: Windows, sigma: Array) -> Model:
     """The model with the longest integration step that hardly changes its predictions.
 
-    Rms over windows, a prediction may change by a twentieth of its error, or of the noise (R, 2J),
-    unless it is off by more than the state moves. On the ground see `fast_enough`.
+    Rms over windows, a prediction may change by a twentieth of its error, or of the noise of the
+    reading (R, 2J). Where it is off by more than the state moves, it predicts nothing, and may
+    change. On the ground see `fast_enough`.
     """
     if model.robot.contacts or model.integration_step >= COMPARE.integration_step:
         return model

@@ -50,8 +50,8 @@ def rank(
     Nothing is fitted, so all data are held out; where a model was fitted to one of these bags,
     blocks of time that no fit saw (`Blocks.held`). The difference of each model to the best is
     averaged in each block of 2 s (an eighth of a shorter bag); where its 95 % t interval over the
-    blocks holds 0, the two are not distinguishable. `step` and `progress` are as for `compare`,
-    `STAGES` of each model.
+    blocks holds 0, the two are not distinguishable. `step` [s] is the shortest window, by default
+    the control period of the data; `progress` is called `STAGES` times for each model.
 
     Raises:
         UserError: models of different robots, recordings too short, or as `compare`.
@@ -105,7 +105,8 @@ def half_seconds(
 ) -> tuple[Windows, Array]:
     """Windows of half a second, with the past that any model needs, and the noise (R, 2J).
 
-    The noise is the least that any model leaves. UserError where it is too short for any.
+    The noise is the least that any model leaves. UserError where the data are too short for a
+    single window, or no model can follow the rates.
     """
     needy, found = max(models.values(), key=errors.has_memory), []
     with enough(recordings):
@@ -158,9 +159,9 @@ def _rows(scored: Mapping[str, _Scored], block: Array) -> list[dict]:
 
 
 def behind(difference: Array, block: Array) -> dict:
-    """How far a model is behind the best by its difference in each window (W,).
+    """How far a model is behind the best, by the difference of their shares in each window (W,).
 
-    With its 95 % interval over blocks of time, None where there is one block.
+    With its 95 % interval over the blocks of the windows (W,), None where there is one block.
     """
     means = np.array([difference[block == b].mean() for b in np.unique(block)])
     value, count = float(means.mean()), len(means)

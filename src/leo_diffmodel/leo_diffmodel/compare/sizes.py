@@ -123,7 +123,10 @@ def _gravity(robot: Robot) -> float:
 
 
 def _extent(robot: Robot, link: str) -> float:
-    """Distance of the centre of mass from the joint, or radius of gyration (of a wheel) [m]."""
+    """How far the mass of a link is from its joint [m].
+
+    The distance of its centre of mass, or its radius of gyration: of a wheel the first is 0.
+    """
     value = _body(robot, link)
     gyration = math.sqrt(value['inertia'] / value['mass']) if value['mass'] else 0.0
     return max(math.hypot(*(value[key] for key in COM)), gyration, COMPARE.smallest_extent)

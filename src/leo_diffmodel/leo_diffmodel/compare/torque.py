@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import sample_period
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.conditions import carrying
@@ -16,7 +17,7 @@ from leo_diffmodel.compare.errors import has_memory
 from leo_diffmodel.compare.pushes import nearer, predict, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import push_scale, torque_scale
-from leo_diffmodel.compare.windows import cut, per_window, sample_period, spread_out, Windows
+from leo_diffmodel.compare.windows import cut, per_window, spread_out, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -53,13 +54,20 @@ class MissingTorque:
 
 
 def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:
-    """Over short windows in which a torque would show, unless there are no others."""
+    """The missing torque over short windows.
+
+    Windows in which no torque would show are left out (a joint that dry friction holds still),
+    unless there are no others.
+    """
     windows = torque_windows(recordings, model, COMPARE.history if has_memory(model) else 0.0)
     return trusted(estimate(model, windows, sigma), model)
 
 
 def torque_windows(recordings: Sequence[Recording], model: Model, history: float) -> Windows:
-    """Short windows next to each other, `history` [s] before each; on the ground some of them."""
+    """Short windows next to each other, `history` [s] before each; on the ground some of them.
+
+    ValueError where no episode holds one.
+    """
     windows = cut(recordings, window_seconds(recordings), history=history)
     return spread_out(windows, COMPARE.ground_torque_windows) if model.robot.contacts else windows
 
@@ -67,7 +75,8 @@ def torque_windows(recordings: Sequence[Recording], model: Model, history: float
 def trusted(found: MissingTorque, model: Model) -> MissingTorque:
     """The windows in which a torque would show; all of them where none would show in any.
 
-    On the ground those whose answer is linear, and in them the joints at which it would show.
+    On the ground those whose answer is linear, and in them the joints at which it would show: a
+    standing foot hides one torque and not another.
     """
     if found.bend is None:
         clear = np.all(found.spread < COMPARE.torque_shown * torque_scale(model.robot), axis=1)
@@ -87,7 +96,10 @@ def window_seconds(recordings: Sequence[Recording]) -> float:
 
 
 def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
-    """A constant torque per window and joint by least squares; starts free, noise (R, 2J)."""
+    """Least squares for a constant torque per window and joint, with a free start state.
+
+    The model lacks it; positive turns the joint forward. `sigma` is the noise, (R, 2J).
+    """
     joints = windows.q.shape[-1]
     unit = COMPARE.small_torque * torque_scale(model.robot)
     torques = small_torques(model, windows, np.ones_like(windows.dt))
@@ -121,7 +133,10 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
 
 
 def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> MissingTorque:
-    """What `estimate` finds if another model, from the measured start, is the robot."""
+    """What `estimate` would find missing from a model if another were the robot.
+
+    The measured states give way to those that the other model predicts from the measured start.
+    """
     states = predict(other, windows, windows.measured[:, 0])
     joints = windows.q.shape[-1]
     replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
@@ -131,7 +146,10 @@ def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> Miss
 def lacking_and_supposed(
     recordings: Sequence[Recording], model: Model, others: Mapping[str, Model], sigma: Array
 ) -> tuple[MissingTorque, dict[str, Array]]:
-    """What a model lacks, in windows that a page can draw; by each other model (W, J) [N m]."""
+    """What a model lacks, in windows as many as a page can draw, each with a past.
+
+    Also what it would be by each other model [N m], (W, J).
+    """
     windows = cut(recordings, window_seconds(recordings), history=COMPARE.history)
     found = trusted(estimate(model, spread_out(windows, MOST_DRAWN), sigma), model)
     parts = {name: supposed(model, m, found.windows, sigma) for name, m in others.items()}
@@ -157,7 +175,8 @@ def in_parts(
 def _covariance(a: Array) -> Array:
     """Covariance of start states and torques, shape (W, P, P), from whitened columns (W, N, P).
 
-    Scaled to unit diagonal: with a contact columns differ by more than floats resolve.
+    Scaled to unit diagonal before it is inverted: with a contact the columns differ by more than
+    floating-point numbers resolve.
     """
     normal = np.swapaxes(a, -1, -2) @ a + COMPARE.weak * np.eye(a.shape[-1])
     size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))

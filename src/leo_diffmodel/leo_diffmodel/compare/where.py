@@ -20,9 +20,10 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Where:
-    """Shares of the missing torque's square beyond noise, single events left out.
+    """Shares of the missing torque's square beyond noise.
 
-    Torques are compared in units of their joint's own noise, which is how far they move it.
+    Torques of different joints are compared in units of their joint's own noise, which is how far
+    they move the joint. Single events (a push, a glitch) take no part.
     """
 
     joints: list[dict]
@@ -34,7 +35,10 @@ class Where:
 
 
 def where(missing: MissingTorque, model: Model) -> Where:
-    """By joint, variable and bin; worst is what has most beyond its part of the joint's time."""
+    """Share of the missing torque by joint, variable and bin.
+
+    Worst first: by how much more than its part of the joint's time a bin has of the error.
+    """
     single = single_events(missing)
     events = _events(missing, model.robot, single)
     missing = missing.take(np.flatnonzero(~single.any(axis=1)))
@@ -133,7 +137,8 @@ def noise_only(missing: MissingTorque) -> bool:
 def _excess(missing: MissingTorque) -> Array:
     """Squared torque beyond noise, in units of the joint's noise, shape (W, J).
 
-    On the ground of each window: a joint swings in one and stands in the next.
+    Typical noise; on the ground that of each window, since a joint swings in one and stands in
+    the next.
     """
     spread = np.where(missing.seen, missing.spread, 0.0)
     typical = _median(missing.spread, missing)

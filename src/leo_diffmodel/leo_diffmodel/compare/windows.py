@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import sample_period
+from leo_diffmodel.bags.held import mean_held
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.settings import COMPARE
@@ -63,12 +65,6 @@ class Windows:
         return np.asarray(names[self.source] == recording)
 
 
-def sample_period(recordings: Sequence[Recording]) -> float:
-    """Median time between joint states over all recordings [s]."""
-    steps = [np.diff(e.t) for r in recordings for e in r.episodes if len(e.t) > 1]
-    return float(np.median(np.concatenate(steps))) if steps else float('nan')
-
-
 def cut(
     recordings: Sequence[Recording],
     seconds: float,
@@ -78,7 +74,8 @@ def cut(
 ) -> Windows:
     """Windows of about `seconds`, none across an episode's end, `stride` [s] from start to start.
 
-    By default they share no sample. They keep `history` [s] before them. ValueError without any.
+    By default they share no sample. They keep `history` [s] before them, and are left out where
+    there is less. ValueError without any.
     """
     period = sample_period(recordings)
     count = max(1, round(seconds / period))
@@ -129,7 +126,12 @@ def spread_out(windows: Windows, most: int) -> Windows:
     """At most `most` of the windows, evenly chosen."""
     if windows.count <= most:
         return windows
-    return windows.take(np.linspace(0, windows.count - 1, most).astype(int))
+    return windows.take(evenly(windows.count, most))
+
+
+def evenly(count: int, most: int) -> Array:
+    """Numbers of at most `most` of so many things, evenly chosen, shape (min(count, most),)."""
+    return np.linspace(0, count - 1, min(count, most)).astype(int)
 
 
 def per_window(sigma: Array, windows: Windows) -> Array:
@@ -145,7 +147,7 @@ def thin(recordings: Sequence[Recording]) -> list[Recording]:
     """
     shortest, longest = COMPARE.shortest_period, COMPARE.longest_period
     period = min(max([shortest, *_periods(recordings)]), longest)
-    return [_kept(r, [max(1, round(period / _period(e))) for e in r.episodes]) for r in recordings]
+    return [every(r, [max(1, round(period / e.period)) for e in r.episodes]) for r in recordings]
 
 
 def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
@@ -154,45 +156,33 @@ def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
     return thin(recordings) if max(steps) > COMPARE.rates_apart * min(steps) else recordings
 
 
-def every(recording: Recording, stride: int) -> Recording:
-    """The recording with every n-th state, and the mean inputs between them."""
-    return _kept(recording, [stride] * len(recording.episodes))
-
-
 def _periods(recordings: Sequence[Recording]) -> list[float]:
     """Median time between states of each episode that is long enough to have one [s]."""
     episodes = (e for r in recordings for e in r.episodes)
-    return [_period(e) for e in episodes if len(e.t) >= COMPARE.fewest_samples]
+    return [e.period for e in episodes if len(e.t) >= COMPARE.fewest_samples]
 
 
-def _kept(recording: Recording, strides: Sequence[int]) -> Recording:
+def every(recording: Recording, strides: Sequence[int]) -> Recording:
+    """The recording with every n-th state of each episode, and the mean inputs between them."""
     if max(strides) == 1:
         return recording
     both = zip(recording.episodes, strides, strict=True)
     episodes = tuple(_shorter(e, n) for e, n in both if len(e.t) > n)
     if not episodes:
         return recording
-    period = max(recording.command_period, sample_period([replace(recording, episodes=episodes)]))
+    period = max(recording.command_period, replace(recording, episodes=episodes).state_period)
     return replace(recording, episodes=episodes, command_period=period)
-
-
-def _period(episode: Episode) -> float:
-    """Median time between its states [s]."""
-    return float(np.median(np.diff(episode.t)))
 
 
 def _shorter(episode: Episode, stride: int) -> Episode:
     kept = np.arange(0, len(episode.t), stride)
     return replace(
         at_rows(episode, kept),
-        inputs=_mean(episode, episode.inputs, kept),
-        enabled=_mean(episode, episode.enabled.astype(float), kept) > 0.5,
+        inputs=_means(episode, episode.inputs, kept),
+        enabled=_means(episode, episode.enabled.astype(float), kept) > 0.5,
     )
 
 
-def _mean(episode: Episode, held: Array, kept: Array) -> Array:
+def _means(episode: Episode, held: Array, kept: Array) -> Array:
     """Means over the longer steps of what is held over the short ones; the last row as it is."""
-    area = np.cumsum(held[:-1] * np.diff(episode.t)[:, None], axis=0)
-    until = np.vstack([np.zeros((1, held.shape[1])), area])[kept]
-    width = np.diff(episode.t[kept])[:, None]
-    return np.vstack([np.diff(until, axis=0) / width, held[kept[-1:]]])
+    return np.vstack([mean_held(episode.t, held, episode.t[kept]), held[kept[-1:]]])

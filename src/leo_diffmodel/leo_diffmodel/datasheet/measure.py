@@ -166,10 +166,12 @@ def _rich(fits: Smooth, pool: Sequence[Candidate], reporter: Progress) -> Estima
 
 
 def last_fit(problem: Problem, fitted: Fit) -> Fit:
-    """A fit with finer and finer steps, and what the last one leaves (Richardson 1911) taken off.
+    """A fit made again with finer and finer steps, and what the last one leaves taken off.
 
-    The scheme is of first order: what a step of 1.25 ms was off by moved a rotor inertia by eight
-    standard errors. What is taken off a value goes into its error as well.
+    A log of a minute tells a constant to a few parts in ten thousand, and the scheme is of first
+    order: what a step of 1.25 ms was off by moved a rotor inertia by eight standard errors. A
+    quarter of a step leaves a quarter of that, a third of what the change moved a value
+    (Richardson 1911). It goes into the value, and as much into its error.
     """
     for power in range(1, MOST_FINER + 1):
         before, fitted = fitted, _stepped(problem, fitted, FINER**power)

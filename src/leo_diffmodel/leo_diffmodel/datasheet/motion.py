@@ -29,7 +29,8 @@ GOALS = 1.2
 def motion(model: Model, joint: str) -> Run:
     """75 s of the motor at a joint, the others at rest, 0 V, or their goals at rest.
 
-    It gets milder until the model predicts that it keeps off the stops; `about` says if none does.
+    It gets milder until the model predicts that it keeps off the stops. Where no milder one does
+    it is the full one, and `about` says what that runs into.
     """
     parts, lead = _parts(model.robot, joint)
     about = f'the standard motion of a data sheet at {joint}: {", ".join(PARTS)}'

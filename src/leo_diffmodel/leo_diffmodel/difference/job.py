@@ -78,7 +78,7 @@ class Updates:
         return dict(sorted(found.items(), reverse=True))
 
     def begin(self, bags: Sequence[Path]) -> None:
-        """Start a fit to everything recorded so far; UserError where there is nothing."""
+        """Start a fit to all recorded so far; UserError: no bag is there, or it cannot begin."""
         if not bags:
             raise UserError('nothing is recorded yet; let the robot run first')
         kept = self.kept()

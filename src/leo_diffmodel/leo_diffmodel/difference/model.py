@@ -36,9 +36,7 @@ class Judged(NamedTuple):
 
     correction: np.ndarray  # what is applied, (..., C)
     factor: np.ndarray  # share of it that is left, 1 within the data, (...); 1 of a single network
-    channel: (
-        np.ndarray | None
-    )  # the output furthest from its data, (...); None of a single network
+    channel: np.ndarray | None  # output furthest from its data, (...); None of a single network
 
 
 @dataclass(frozen=True)

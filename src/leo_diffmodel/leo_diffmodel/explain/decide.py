@@ -60,8 +60,9 @@ def decision(findings: Findings) -> Decision:
         for part, rules in zip(findings.effects, of_effects, strict=True)
     )
     whole, more = [*answer_rules(findings)], also_chosen(findings)
-    doubts, law, late = said(whole), bool(findings.unknown), not findings.search.complete
-    verdict, decisive = decide(named, findings.rest, law, doubts, bool(more), late)
+    doubts, law = said(whole), findings.unknown is not None
+    cut_short = not findings.search.complete
+    verdict, decisive = decide(named, findings.rest, law, doubts, bool(more), cut_short)
     pair = pair_note((part.candidate for part in findings.effects), findings.facts)
     rules = (*decisive, *(rule for each in of_effects for rule in each), *whole)
     return Decision(verdict, named, doubts, tuple(filter(None, [more, pair])), rules)
@@ -107,14 +108,15 @@ def said(rules: Iterable[Rule]) -> tuple[str, ...]:
 def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     """What keeps an effect from being sure; the first that fired is said."""
     label, fitted, parameters = part.candidate.label, part.fit, part.candidate.parameters
-    first = fitted.hypothesis.offset(part.index)
-    sizes = [(parameters[i], *fitted.ci95(first + i)) for i in amplitude_indices(parameters)]
+    first, amplitudes = fitted.hypothesis.offset(part.index), amplitude_indices(parameters)
+    sizes = [(parameters[i], *fitted.ci95(first + i)) for i in amplitudes]
     beyond = max((max(low - p.neutral, p.neutral - high) for p, low, high in sizes), default=0.0)
     doubt = 'whose interval holds no effect'
     yield Rule('holds no effect', not beyond > 0, beyond, 0.0, label, doubt)
-    limited = any(at_limit(*size) for size in sizes)
-    value, doubt = float(fitted.theta[first]), 'at the limit of what is plausible'
-    yield Rule('value at its limit', limited, value, None, label, doubt)
+    limited = [i for i, size in zip(amplitudes, sizes, strict=True) if at_limit(*size)]
+    value = float(fitted.theta[first + (limited[0] if limited else 0)])
+    doubt = 'at the limit of what is plausible'
+    yield Rule('value at its limit', bool(limited), value, None, label, doubt)
     stable, doubt = findings.gates.stable, f'chosen in {part.share:.0%} of the held-out turns'
     yield Rule('chosen too seldom', part.share < stable, part.share, stable, label, doubt)
     if findings.floors:
@@ -189,15 +191,15 @@ def _disagreements(findings: Findings) -> Iterator[Rule]:
     """
     for part, values in zip(findings.effects, findings.by_recording, strict=True):
         first = part.fit.hypothesis.offset(part.index)
-        for i, asked in values.items():
+        for i, of_bags in values.items():
             parameter, value = part.candidate.parameters[i - first], float(part.fit.theta[i])
-            if not asked:
+            if not of_bags:
                 continue
-            low = min(asked, key=lambda a: a.value + a.half)
-            high = max(asked, key=lambda a: a.value - a.half)
-            apart, least = high.value - low.value, abs(value - parameter.neutral)
+            low = min(of_bags, key=lambda v: v.value + v.half)
+            high = max(of_bags, key=lambda v: v.value - v.half)
+            apart, label = high.value - low.value, part.candidate.label
             exclude = low.value + low.half < high.value - high.half
-            limit, label = findings.gates.disagree * least, part.candidate.label
+            limit = findings.gates.disagree * abs(value - parameter.neutral)
             doubt = (
                 f'the bags disagree about {label}: {parameter.name} is '
                 f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '

@@ -153,6 +153,7 @@ def _searched(reading: Reading, found: Search, step: float | None) -> Explanatio
     said = answer(findings, decided, [*left_out, *_step_note(model, found.problem.base)])
     able, why = seen(model, data, asked.extra), 'no speed was measured'
     blind = [not_shown(c, why) for c in candidates(model, asked.extra) if c not in able]
+    row['not_testable'] += blind
     notes = [f'Note: {note}.' for note in reading.log.notes]
     return Explanation(
         decided.verdict,
@@ -164,7 +165,7 @@ def _searched(reading: Reading, found: Search, step: float | None) -> Explanatio
         unknown=findings.unknown,
         used=data,
         left_out=cut.stretches,
-        **row | {'not_testable': row['not_testable'] + blind},
+        **row,
     )
 
 

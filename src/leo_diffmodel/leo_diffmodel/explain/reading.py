@@ -87,7 +87,7 @@ def best_reading(log: Logged, asked: Asked, until: float) -> Reading:
         given = _searched(log, asked, until)
         return replace(given, log=log.doubted) if given.leaves_noise else given
     mended, now = _searched(other, asked, until), time.monotonic()
-    until = min(until, now + asked.settings.numerics.heard * (now - began))
+    until = min(until, now + asked.settings.numerics.reading_times * (now - began))
     given = _searched(log, asked, until)
     return given if _predicts_better(mended, given) else replace(given, log=log.doubted)
 

@@ -58,18 +58,23 @@ def _not_testable(findings: Findings) -> list[dict[str, str]]:
 def _hypotheses(findings: Findings) -> list[dict]:
     """All candidates on the model as given, best first; those never fitted have a scan only."""
     fitted = {part.candidate for part in findings.singles}
-    scanned: dict[str, Any] = {
-        'gain_held_out': None,
-        'error_before': findings.headline.mean(findings.ladder[0][1]),
-        'error_after': None,
-        'errors': {},
-        'inclusion_probability': 0.0,
-        'confusable_with': [],
-    }
-    rest = [s for s in findings.search.scans if s.candidate not in fitted]
-    return [_row(findings, part) for part in findings.singles] + [
-        {**_names(s.candidate), 'parameters': {}, 'gain_train': s.gain, **scanned} for s in rest
+    before = findings.headline.mean(findings.ladder[0][1])
+    scanned: list[dict] = [
+        {
+            **_names(scan.candidate),
+            'parameters': {},
+            'gain_train': scan.gain,
+            'gain_held_out': None,
+            'error_before': before,
+            'error_after': None,
+            'errors': {},
+            'inclusion_probability': 0.0,
+            'confusable_with': [],
+        }
+        for scan in findings.search.scans
+        if scan.candidate not in fitted
     ]
+    return [*(_row(findings, part) for part in findings.singles), *scanned]
 
 
 def _row(findings: Findings, part: Part) -> dict:

@@ -99,21 +99,21 @@ def _finite(error: float) -> float | None:
 
 
 def _played(mjcf: str, robot: Robot) -> Any:
-    motors, held = [a.joint for a in robot.actuators], len(robot.base_joints)
-    return needs_mujoco().Played(mjcf, robot.joint_names, motors, held)
+    motors = [a.joint for a in robot.actuators]
+    return needs_mujoco().Played(mjcf, robot.joint_names, motors, len(robot.base_joints))
 
 
 def _in_mujoco(played: Played, windows: Windows) -> Array:
     """What the file does in each window, (W, K + 1, 2 J)."""
     from leo_sim.references.mujoco import Steps
 
-    each = zip(windows.inputs, windows.enabled, windows.dt, strict=True)
-    steps = [Steps(*parts) for parts in each]
-    pasts: list[Any] = [None] * windows.count
-    if windows.history is not None:
-        q, dq, *driven = windows.history
-        before = [Steps(*parts) for parts in zip(*driven, strict=True)]
-        pasts = [*zip(np.concatenate([q, dq], axis=-1), before, strict=True)]
-    held = windows.held.tolist()
-    all_windows = zip(windows.measured[:, 0], steps, pasts, held, strict=True)
-    return np.stack([played.window(*window) for window in all_windows])
+    states = []
+    for i in range(windows.count):
+        steps = Steps(windows.inputs[i], windows.enabled[i], windows.dt[i])
+        past = None
+        if windows.history is not None:
+            q, dq, inputs, enabled, dt = (part[i] for part in windows.history)
+            past = np.concatenate([q, dq], axis=-1), Steps(inputs, enabled, dt)
+        start, held = windows.measured[i, 0], bool(windows.held[i])
+        states.append(played.window(start, steps, past, held))
+    return np.stack(states)

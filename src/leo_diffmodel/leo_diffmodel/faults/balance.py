@@ -25,7 +25,10 @@ GIVEN = ('weight', 'across', 'motor', 'late')
 
 @dataclass(frozen=True)
 class Figure:
-    """A factor, its sd, and what it changes by if all that is left over is of its kind."""
+    """A factor, its standard deviation, and how far it is off at worst.
+
+    The worst is what it would change by if all that is left over were of its kind.
+    """
 
     value: float
     sd: float

@@ -38,8 +38,11 @@ class Fault:
     todo: ClassVar[str] = ''  # what to do where no map undoes it
     whole_log: ClassVar[bool] = False  # it is one for all joints
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """The episode as a log with this fault of size `value` at joint j, actuator a, has it."""
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        """The episode as a log has it that has this fault, of size `value`, at joint j.
+
+        Its actuator is a, where it has one.
+        """
         name, column = COLUMNS[self.channel], a if self.channel == 'input' else j
         values = getattr(e, name).copy()
         values[:, column] = self.logged(e.t, values[:, column], value)

@@ -10,7 +10,6 @@ import math
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.faults.balance import Balance, balance, Figure
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.found import Found
@@ -42,8 +41,8 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
     """What is wrong with inputs, zeros and time, by the torques of a log without other faults.
 
     What the balance of one joint suggests is a fault only where it predicts blocks of time that
-    were left out better than all that is ordinary. Joints are `settled` whose inputs or zeros are
-    right.
+    were left out better than all that is ordinary. Joints are `settled` whose inputs are in their
+    own columns by now, or whose zeros are right.
     """
     seen = flow(with_true_rates(recording), model)
     if seen is None:
@@ -58,7 +57,7 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
     for f in dead:
         found.pop(f.joint, None)
     acting = [name for name in driven if not follows(seen, recording.joints.index(name))]
-    told = _suggested(found, driven, acting, sample_period([recording]))
+    told = _suggested(found, driven, acting, recording.state_period)
     told = [*_predicting(recording, seen, told, found)]
     if (zero := _first_zero(told, settled)) is not None:
         right = mapped(recording, [zero])
@@ -76,7 +75,10 @@ def _first_zero(told: Sequence[Found], settled: Sequence[str]) -> Found | None:
 def _suggested(
     found: dict[str, Balance], driven: Sequence[str], acting: Sequence[str], period: float
 ) -> list[Found]:
-    """What the balances say of `driven` joints, too, and of when `acting` inputs act."""
+    """What the balances say: of `driven` joints of their inputs, too, and when these act.
+
+    The latter where motors do something of their own (`acting`): others come with the motion.
+    """
     out: list[Found] = []
     for name, b in found.items():
         zero = [*_zero(name, b)]
@@ -204,7 +206,7 @@ def _late(found: Sequence[Balance], period: float) -> Iterator[Found]:
 
 
 def _time(found: Sequence[Balance]) -> Iterator[Found]:
-    """Whether gravity swings the joints faster than the model, by the surest joint, or slower.
+    """Whether gravity swings the joints faster or slower than the model, by the surest joint.
 
     Slower may be an inertia as well that the model lacks, and is no error.
     """
@@ -236,4 +238,13 @@ def _alike(weight: Figure, motor: Figure) -> bool:
 
 
 def _found(name: str, joint: str, figure: Figure, what: str) -> Found:
-    return Found(name, ERROR, what, joint=joint, evidence='balance', **vars(figure))
+    return Found(
+        name,
+        ERROR,
+        what,
+        joint=joint,
+        value=figure.value,
+        sd=figure.sd,
+        evidence='balance',
+        worst=figure.worst,
+    )

@@ -19,7 +19,10 @@ Array = np.ndarray
 
 
 def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found | None:
-    """Two inputs that stand in each other's columns, as best predicts both; or None."""
+    """Two inputs that stand in each other's columns; None where each is in its own.
+
+    Of a joint whose motion does not explain its input, the one with which both are predicted best.
+    """
     enough = (seen.moving > LIMITS.moving).sum(axis=0) >= LIMITS.fewest_instants
     joints = [j for j in map(recording.joints.index, driven) if enough[j]]
     odd = [j for j in joints if _unexplained(seen, j, j) > LIMITS.odd]
@@ -61,7 +64,10 @@ def _size(seen: Flow, j: int, k: int) -> float:
 
 
 def _unexplained(seen: Flow, j: int, k: int) -> float:
-    """Share of the input of joint k, of either sign if its own, that joint j does not explain."""
+    """Share of the input of joint k that the motion of joint j does not explain.
+
+    An own one may have the other sign.
+    """
     moving = seen.moving[:, j] > LIMITS.moving
     if not seen.motor[moving, k].any():
         return 0.0

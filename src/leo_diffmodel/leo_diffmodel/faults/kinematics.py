@@ -158,10 +158,9 @@ def _stretches(recording: Recording, j: int) -> list[Channels]:
 
 
 def _cut(e: Episode, j: int) -> Iterator[Channels]:
-    period = float(np.median(np.diff(e.t)))
-    every = max(1, int(1 / (LIMITS.fastest * period)))
+    every = max(1, int(1 / (LIMITS.fastest * e.period)))
     t, q, dq = (x[::every] for x in (e.t, e.q[:, j], e.dq[:, j]))
-    count = max(LIMITS.fewest, round(LIMITS.stretch / (every * period)))
+    count = max(LIMITS.fewest, round(LIMITS.stretch / (every * e.period)))
     for k in range(max(1, len(t) // count)):
         rows = slice(k * count, (k + 1) * count if k < len(t) // count - 1 else None)
         if len(t[rows]) >= LIMITS.fewest:

@@ -35,7 +35,10 @@ TINY = 1e-12
 
 
 def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Array:
-    """What of the input of joint j those instants (N,) do not explain [N m, N as logged], (N,)."""
+    """What of the input of joint j its motion does not explain [N m, N as logged], (N,).
+
+    `fitted` are the instants that are fitted, (N,).
+    """
     column = j if reading.column is None else reading.column
     motor, before, missing = flow.motor.copy(), flow.before.copy(), flow.missing.copy()
     motor[:, j] = flow.motor[:, column] / reading.unit

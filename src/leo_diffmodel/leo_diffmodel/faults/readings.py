@@ -106,7 +106,10 @@ def _with_unit(found: Found, units: dict[float, str]) -> Found:
 def _chosen(
     recording: Recording, model: Model | None, rest: Sequence[Found], readings: Sequence[Found]
 ) -> Found:
-    """The first reading, or one under which the torques balance clearly better; others."""
+    """The reading under which the torques balance, with the others that are left.
+
+    The first one stands where no other balances clearly better.
+    """
     seen = [_seen(recording, model, rest, r) for r in readings]
     clear = [s for s in seen if s.half < LIMITS.clear]
     best = min(clear, key=lambda s: s.off, default=seen[0])
@@ -128,11 +131,8 @@ def _seen(
     balance = found.get(reading.joint) or next(iter(found.values()), None)
     signed = reading.code.endswith('sign')
     names = ('motor',) if signed else ('weight', 'motor')
-    figure = (
-        next((balance.figures[n] for n in names if n in balance.figures), None)
-        if balance
-        else None
-    )
+    figures = balance.figures if balance else {}
+    figure = next((figures[name] for name in names if name in figures), None)
     if figure is None:
         return Reading(reading, 0.0, np.inf)
     least = LIMITS.least_factor

@@ -15,7 +15,7 @@ from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.finding import ERROR, graded, WARNING
 from leo_diffmodel.outside.frozen import frozen
-from leo_diffmodel.outside.samples import resolution, spread, steps
+from leo_diffmodel.outside.samples import resolution, spread
 from leo_sim.description.robot import Robot
 
 _found = partial(Found, evidence='sensor')
@@ -41,7 +41,7 @@ def _longest(recording: Recording, found: Found) -> float:
         return np.inf
     if found.code != 'repeated':
         return 0.0
-    step = steps(recording)
+    step = recording.steps
     runs = np.log(len(step)) / -np.log(min(found.value, 0.99))
     return LIMITS.chance * float(runs * np.median(step))
 
@@ -57,7 +57,7 @@ def _frozen(recording: Recording) -> Iterator[Found]:
         )
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
         value = _top(recording, joint) if name == 'clipped' else longest
-        error = lost > LIMITS.most_lost * sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
+        error = lost > LIMITS.most_lost * sum(e.seconds for e in recording.episodes)
         yield _found(name, graded(error), what, where=spans, joint=joint, value=value)
 
 
@@ -81,7 +81,7 @@ def _goal(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
 
 def _early(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
     """Whether the angle does in advance what its goal says later."""
-    period = float(np.median(steps(recording)))
+    period = recording.state_period
     reach = round(LIMITS.reach / period)
     goals = [np.diff(e.inputs[:, a]) for e in recording.episodes]
     alike = _alike(goals, [np.diff(e.q[:, j]) for e in recording.episodes], reach)

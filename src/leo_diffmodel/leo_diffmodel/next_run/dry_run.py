@@ -54,9 +54,10 @@ class DryRun:
 def dry_run(
     run: Run, model: Model, measured: State | None = None, goals: Array | None = None
 ) -> DryRun:
-    """Predict a run, from a measured state (UserError if none of the model) or where it begins.
+    """Predict a run, from a measured state or else from where it begins.
 
     Servos are held at `goals`, (A,); where these are not given they are held where they are.
+    UserError where the measured state is none that the model can be in.
     """
     robot, start = model.robot, start_of(run, model)
     whole = run

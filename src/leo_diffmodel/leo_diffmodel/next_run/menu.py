@@ -177,7 +177,10 @@ class MotionRun:
 
 
 def walker_menu(robot: Robot, reach: Reach, seconds: float) -> list[Run | MotionRun]:
-    """Runs of `seconds` for a robot with a floating base: none of them makes it fall at once."""
+    """Runs of `seconds` for a robot with a floating base: none of them makes it fall at once.
+
+    `reach` says how far the inputs go where the base is held.
+    """
     hung = [
         replace(run, name=f'{pose}: {run.name}', start=pose)
         for pose, is_held in ((n, p.held) for n, p in robot.start_poses.items())

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import sample_period
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.pairs import nowhere
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough
-from leo_diffmodel.compare.windows import cut, sample_period
+from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
 from leo_diffmodel.next_run.questions import fit_all, Fitted, questions

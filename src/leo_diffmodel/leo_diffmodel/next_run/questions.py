@@ -12,6 +12,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
+from leo_diffmodel.compare.windows import evenly
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_fit import converged, settled_on_ground
@@ -53,8 +54,8 @@ class Fitted:
 def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     """The open questions of an explain.json: effects with rivals that nothing separates.
 
-    Effects that are the same in any run are none; if only while motors are on, where there is no
-    other.
+    Effects that are the same in any run are no open question. Effects that are the same only as
+    long as the motors are never free are one where there is no other.
     """
     margin = SETTINGS.gates.margin_nats
     close = [
@@ -154,8 +155,7 @@ def _label(row: dict[str, Any]) -> str:
 def linearised(posed: Posed) -> tuple[Posed, float]:
     """Some of the windows, settled and all open to the fit, and which share of all they are."""
     count = posed.problem.windows.count
-    some = np.linspace(0, count - 1, min(NEXT.fitted_on_ground, count)).astype(int)
-    problem = settled_on_ground(posed.problem.take(some))
+    problem = settled_on_ground(posed.problem.take(evenly(count, NEXT.fitted_on_ground)))
     problem = replace(problem, train=np.ones_like(problem.train))
     return replace(posed, problem=problem), problem.windows.count / count
 

@@ -45,7 +45,10 @@ class Reach:
         return replace(self, rest=at_rest)
 
     def lead(self, robot: Robot) -> Array:
-        """Servos from `rest` to `centre`, (N, A); a motor has no place to be brought to."""
+        """The inputs with which a run begins, (N, A): servos go from `rest` to `centre`.
+
+        None for volts and torques: a motor has no place to be brought to.
+        """
         if robot.input != 'position':
             return np.zeros((0, len(self.rest)))
         return approach(self.rest, self.centre, robot)

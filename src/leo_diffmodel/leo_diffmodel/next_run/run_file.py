@@ -104,7 +104,7 @@ def _periods(seconds: float, robot: Robot) -> int:
 
 
 def check_place(path: Path) -> None:
-    """UserError unless a run file may be written there, or replaced."""
+    """See that a run file may be written there, or replaced; UserError if not."""
     if not is_run_file(path):
         raise UserError(f'a run file ends in .csv, found {path}')
     if not path.absolute().parent.is_dir():

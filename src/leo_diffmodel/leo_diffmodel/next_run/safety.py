@@ -42,7 +42,7 @@ def of_explanation(answer: dict[str, Any], model: Model) -> list[Model]:
 def values(fit: Fit) -> list[Array]:
     """The parameters (P,) as fitted, and two standard deviations away where they are least sure.
 
-    In parts of the range that each may have, or of its value where that is not bounded.
+    Each counts in parts of the range that it may have, or of its value where that is not bounded.
     """
     span = fit.hypothesis.high - fit.hypothesis.low
     span = np.where(np.isfinite(span) & (span > 0), span, np.maximum(np.abs(fit.theta), 1e-9))
@@ -130,7 +130,7 @@ def too_far(recording: Recording, robot: Robot, before: Seen) -> TooFar | None:
 
 
 def limits(robot: Robot) -> Array:
-    """Lowest and highest angle of each joint [rad], (J, 2); infinite where it has no stop."""
+    """Lowest and highest angle of each joint [rad, m], (J, 2); infinite without a stop."""
     stops = {joint.name: joint.limits for joint in robot.joints}
     return np.array([stops[name] for name in robot.joint_names])
 

@@ -11,7 +11,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import roughly, scan_all
 from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.compare.windows import cut, evenly, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
 from leo_diffmodel.explain.problem import shooting
@@ -35,7 +35,7 @@ def windows_of(
     kept, weight = [], []
     for run in np.unique(windows.source):
         own = np.flatnonzero(windows.source == run)
-        some = own[np.linspace(0, len(own) - 1, min(len(own), most)).astype(int)]
+        some = own[evenly(len(own), most)]
         kept.append(some)
         weight.append(np.full(len(some), len(own) / len(some)))
     return windows.take(np.concatenate(kept)), np.concatenate(weight)
@@ -63,7 +63,10 @@ def separable(
 
 
 def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: float) -> float:
-    """Half the squared residual at the best parameters, at `most` in a window [nats]."""
+    """Half the squared residual where the parameters are best, `most` in a window [nats].
+
+    Windows that say more have as much less say in where that is.
+    """
     step, share, found = np.zeros(by_theta.shape[-1]), weight, np.inf
     for _ in range(NEXT.rounds if np.isfinite(most) else 1):
         step = _best(rest, by_theta, share, prior)

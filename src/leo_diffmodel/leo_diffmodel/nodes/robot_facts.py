@@ -21,7 +21,10 @@ PATIENCE = 4
 
 
 class RobotFacts:
-    """Asks the node `robot` now and again without waiting; `robot`: where nobody answers."""
+    """Asks the node `robot` now and again, without ever waiting.
+
+    `robot` is the model to name where nobody answers (hardware on plain ROS topics).
+    """
 
     def __init__(self, node: Node, robot: str = '') -> None:
         self._client = node.create_client(GetParameters, 'robot/get_parameters')

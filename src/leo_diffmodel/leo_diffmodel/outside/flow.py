@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from leo_diffmodel.bags.held import mean_held
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.outside.masses import Motion
-from leo_diffmodel.outside.samples import integral, noise, period, THIRD
+from leo_diffmodel.outside.samples import integral, noise, THIRD
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
@@ -54,10 +55,13 @@ class Flow:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """Of rates that are right; None if no episode holds a bell, and on the ground unless held."""
+    """The flow of a recording whose rates are right.
+
+    None where no episode holds a bell, and of a robot on the ground unless its base is held.
+    """
     if model.robot.contacts and not recording.held:
         return None
-    step, still = period(recording), still_rates(recording)
+    step, still = recording.state_period, still_rates(recording)
     bell = max(OUTSIDE.bell_seconds, OUTSIDE.bell_least_intervals * step)
     grid = max(step, bell / OUTSIDE.bell_most_intervals)
     episodes = enumerate(recording.episodes)
@@ -79,7 +83,8 @@ def still_rates(recording: Recording) -> Array:
     """Rate below which a joint may stand, shape (J,): three times the noise of the rate."""
     rates = [e.dq for e in recording.episodes]
     fast = np.quantile(np.abs(np.concatenate(rates)), 0.95, axis=0)
-    rough = np.array([noise(column) for column in zip(*(dq.T for dq in rates), strict=True)])
+    joints = range(len(recording.joints))
+    rough = np.array([noise([dq[:, j] for dq in rates]) for j in joints])
     moving = np.maximum(OUTSIDE.still_sigmas * rough, OUTSIDE.still_share * fast)
     return np.asarray(np.maximum(moving, OUTSIDE.least_still))
 
@@ -88,7 +93,7 @@ def _episode(
     e: Episode, number: int, model: Model, grid: float, bell: float, still: Array
 ) -> dict[str, Array]:
     """What a flow has of one episode; empty where it holds no bell."""
-    count = int((e.t[-1] - e.t[0]) / grid + 1e-6)
+    count = int(e.seconds / grid + 1e-6)
     weights = _bell(max(2, round(bell / grid)))
     if count < len(weights) + 1:
         return {}
@@ -126,7 +131,8 @@ def _intervals(
 
     def acting(late: float) -> tuple[Array, Array]:
         """Inputs and enabled motors, where they act so much later than the model says."""
-        return _mean(e.t + late, given, nodes), _mean(e.t + late, enabled, nodes)
+        t = e.t + late
+        return mean_held(t, given, nodes), mean_held(t, enabled, nodes)
 
     u, on = acting(0.0)
     enabled_joints = np.zeros_like(ddq)
@@ -178,22 +184,13 @@ def _at_motors(model: Model, e: Episode) -> Array:
     return np.array(out)
 
 
-def _mean(t: Array, held: Array, nodes: Array) -> Array:
-    """Mean of held values over the intervals between nodes."""
-    area = np.vstack([np.zeros(held.shape[1]), np.cumsum(held[:-1] * np.diff(t)[:, None], axis=0)])
-    known = np.minimum(nodes - t[0], 0.0)[:, None] * held[0]
-    for column, a in zip(known.T, area.T, strict=True):
-        column += np.interp(nodes, t, a)
-    return np.diff(known, axis=0) / np.diff(nodes)[:, None]
-
-
 def _states(e: Episode, nodes: Array, grid: float, weights: Array) -> tuple[Array, Array]:
     """Angles and rates at the nodes; rates from both sensors, as much from each as it is worth."""
     q = np.stack([np.interp(nodes, e.t, x) for x in e.q.T], axis=1)
     dq = _box(e.t, e.dq, nodes, grid)
     slope = np.gradient(q, grid, axis=0)
     own, other = _noise(e.dq), _noise(e.q)
-    thinned = np.sqrt(max(1.0, grid / float(np.median(np.diff(e.t)))))
+    thinned = np.sqrt(max(1.0, grid / e.period))
     bell = np.diff(weights, prepend=0, append=0)
     of_rate = own / thinned * np.sqrt((bell**2).sum())
     of_angle = other / grid * np.sqrt((np.convolve(bell, [0.5, 0, -0.5]) ** 2).sum())

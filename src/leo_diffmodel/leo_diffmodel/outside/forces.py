@@ -35,9 +35,10 @@ def stretch(kind: str, why: str, begin: float, end: float) -> Finding:
 
 
 def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Finding]:
-    """What stands out of the torque left over at joint j (N,), and out of that in states alike.
+    """What stands out of the torque left over at joint j (N,).
 
-    The latter so that an unknown law of angle and speed is no push.
+    It must do so twice: out of what is left over elsewhere, and out of what is left over in states
+    and under inputs like those, so that an unknown law of angle and speed is no push.
     """
     limit = _limit(flow, j, spread(rest[fitted]), fitted)
     out = (np.abs(rest) > limit) & (flow.moving[:, j] > OUTSIDE.burst_moving)

@@ -53,10 +53,10 @@ def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinar
 
 
 def follows(flow: Flow, j: int) -> bool:
-    """Whether a motor's torque follows from where its joint is, and does nothing of its own.
+    """Whether a motor does nothing of its own: its torque follows from where its joint is.
 
-    It is off, or carries the weight, or holds against a hand; one that moves has friction to
-    overcome.
+    It is off, or carries the weight, or holds against a hand. A motor that moves its joint has
+    friction to overcome, and something else to do.
     """
     moving = flow.moving[:, j] > 0.5
     q, motor = flow.q[moving, j], flow.motor[moving, j]

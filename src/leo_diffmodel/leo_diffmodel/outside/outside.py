@@ -24,7 +24,6 @@ from leo_diffmodel.outside.ordinary import (
 )
 from leo_diffmodel.outside.rate import with_true_rates
 from leo_diffmodel.outside.resonance import resonance
-from leo_diffmodel.outside.samples import period
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
@@ -110,7 +109,7 @@ def _within(t: Array, spans: Iterable[Span]) -> Array:
 
 def _gaps(recording: Recording) -> list[Span]:
     """Between episodes that a gap parts, and within episodes where samples are missing."""
-    limit = max(OUTSIDE.gap_periods * period(recording), OUTSIDE.gap_seconds)
+    limit = max(OUTSIDE.gap_periods * recording.state_period, OUTSIDE.gap_seconds)
     parted = any('gaps; split there' in w for w in recording.warnings)
     edges = [(float(a.t[-1]), float(b.t[0])) for a, b in pairwise(recording.episodes) if parted]
     inner = [

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.samples import integral, noise, period, reweighted, spread
+from leo_diffmodel.outside.samples import integral, noise, reweighted, spread
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
@@ -61,7 +61,7 @@ def _usual(moved: Array) -> float:
 
 def _slopes(e: Episode) -> Array:
     """Of the angle, about each sample (T, J)."""
-    half = max(OUTSIDE.rate_across, float(np.median(np.diff(e.t))))
+    half = max(OUTSIDE.rate_across, e.period)
     before, after = (np.clip(e.t + s * half, e.t[0], e.t[-1]) for s in (-1, 1))
     moved = [np.interp(after, e.t, q) - np.interp(before, e.t, q) for q in e.q.T]
     return np.stack(moved, axis=1) / (after - before)[:, None]
@@ -97,7 +97,8 @@ def relate(recording: Recording, j: int) -> Rate | None:
 
 def _noise_of_integral(recording: Recording, j: int) -> float:
     """Of the rate's, over one stretch [rad, m]."""
-    return _noise(recording, j, 'dq') * float(np.sqrt(OUTSIDE.rate_seconds * period(recording)))
+    wide = float(np.sqrt(OUTSIDE.rate_seconds * recording.state_period))
+    return _noise(recording, j, 'dq') * wide
 
 
 def _noise(recording: Recording, j: int, name: str) -> float:
@@ -108,7 +109,7 @@ def stretches(recording: Recording, j: int) -> Array:
     """Angle change, integral of the rate, change of the rate, and seconds, of stretches (4, S)."""
     parts = []
     for e in recording.episodes:
-        count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
+        count = max(4, round(OUTSIDE.rate_seconds / e.period))
         channels = np.stack([e.q[:, j], integral(e.t, e.dq[:, j]), e.dq[:, j], e.t])
         parts.append(np.diff(channels[:, ::count]))
     return np.concatenate(parts, axis=1)

@@ -7,7 +7,6 @@ import numpy as np
 from scipy.signal import coherence, csd, find_peaks, welch
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.outside.samples import period
 from leo_diffmodel.outside.settings import OUTSIDE
 
 
@@ -17,7 +16,7 @@ def resonance(recording: Recording, j: int) -> float | None:
     The answer is acceleration for a unit of the input, where the two are coherent: a rigid joint
     has no peak in it.
     """
-    joint, step = recording.joints[j], period(recording)
+    joint, step = recording.joints[j], recording.state_period
     if joint not in recording.actuators:
         return None
     a, count = recording.actuators.index(joint), round(OUTSIDE.spectrum_seconds / step)

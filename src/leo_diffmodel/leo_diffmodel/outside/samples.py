@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What samples say by themselves: steps in time, noise, and fits that outliers do not move."""
+"""What samples say by themselves: noise, resolution, and fits that outliers do not move."""
 
 from __future__ import annotations
 
@@ -7,21 +7,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
 THIRD = 20.0  # variance of third differences of white noise of variance 1: 1 + 9 + 9 + 1
-
-
-def steps(recording: Recording) -> Array:
-    """Time from state to state within episodes [s]."""
-    return np.concatenate([np.diff(e.t) for e in recording.episodes])
-
-
-def period(recording: Recording) -> float:
-    """Median time from state to state [s]."""
-    return float(np.median(steps(recording)))
 
 
 def integral(t: Array, values: Array) -> Array:

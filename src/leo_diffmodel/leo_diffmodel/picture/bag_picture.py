@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.contents import robot_of
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_msgs_py.console import progress
@@ -46,10 +46,7 @@ def show(
     """
     output = output or Path(f'{bag.resolve().name}.png')
     _check(output, seconds, poses)
-    named = model or load(bag).metadata.get('leo', {}).get('robot', '')
-    if not named:
-        raise UserError(f'{bag} does not say which robot it is of; name it with --model')
-    robot = load_model(named).robot
+    robot = load_model(robot_of(bag, model)).robot
     alone = output.suffix == '.png' and at is not None and seconds is None
     shown = take(
         read_bag(bag, robot, TopicMap(input='none')), robot, at, 0.0 if alone else seconds

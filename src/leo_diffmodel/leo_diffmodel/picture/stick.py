@@ -148,11 +148,11 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Shape:
-    """A convex body of a link, drawn by the outline of its points (N, 3) m, in #rrggbb."""
+    """A convex body of a link, drawn by the outline of its points."""
 
     link: str
-    points: np.ndarray
-    colour: str
+    points: np.ndarray  # in its axes [m], (N, 3)
+    colour: str  # #rrggbb
 
 
 def shapes_of(urdf: str) -> list[Shape]:

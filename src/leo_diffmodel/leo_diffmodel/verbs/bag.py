@@ -210,15 +210,12 @@ def _fix(argv: list[str]) -> int:
 
 def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Model]:
     """A bag and the model of its robot, or the named one, with what is known of the bag."""
-    from leo_diffmodel.bags.contents import load
+    from leo_diffmodel.bags.contents import robot_of
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.compare.known import with_known
     from leo_sim.model.model_file import load_model
 
-    name = name or load(path).metadata.get('leo', {}).get('robot', '')
-    if not name:
-        raise UserError(f'{path} does not say which robot it is of; name it with --model')
-    model = load_model(name)
+    model = load_model(robot_of(path, name))
     recording = read_bag(path, model.robot, topic_map)
     return recording, with_known(model, [recording])
 

@@ -139,8 +139,9 @@ def _show_each(results: Mapping[str, Explanation], arguments: argparse.Namespace
         for bag, answer in results.items():
             table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
         Terminal().print(table)
-        for bag, answer in results.items() if arguments.why else ():
-            _show_rules(answer.rules, f'rules of the answer to {bag}')
+        if arguments.why:
+            for bag, answer in results.items():
+                _show_rules(answer.rules, f'rules of the answer to {bag}')
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
@@ -210,25 +211,12 @@ def _parser() -> Parser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)
-    arguments.add_argument(
-        '--each', action='store_true', help='every bag by itself, answers side by side'
-    )
-    arguments.add_argument(
-        '--why',
-        action='store_true',
-        help='print the rules of the answer: which fired, with what number',
-    )
-    arguments.add_argument(
-        '--edit-test',
-        nargs='+',
-        default=[],
-        metavar='BAG',
-        help='bags of the robot after what was named was taken out of it',
-    )
-    arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
-    arguments.add_argument(
-        '--write-effect', metavar='FILE.py', help='make an effect of what is no known effect'
-    )
+    arguments.flag('--each', 'every bag by itself, answers side by side')
+    arguments.flag('--why', 'print the rules of the answer: which fired, with what number')
+    edited = 'bags of the robot after what was named was taken out of it'
+    arguments.add('--edit-test', edited, nargs='+', default=[], metavar='BAG')
+    arguments.add('-o', 'write JSON and report here', dest='output', metavar='DIR')
+    arguments.add('--write-effect', 'make an effect of what is no known effect', metavar='FILE.py')
     return arguments
 
 

@@ -104,8 +104,8 @@ def _predicted(
     run: Run | MotionRun, model: Model, answer: dict[str, Any], recordings: list[Recording]
 ) -> Recording:
     from leo_diffmodel.add.patch import from_data
+    from leo_diffmodel.bags.episode import sample_period
     from leo_diffmodel.compare.known import with_known
-    from leo_diffmodel.compare.windows import sample_period
     from leo_diffmodel.next_run.simulate import simulate
 
     repaired = from_data(model, answer, 'the explanation')[0] if answer['effects'] else model

@@ -38,7 +38,7 @@ MUTED = {**STYLE, 'color': palette.MUTED}
 
 
 def draw(view: View, path: Path, report: Report) -> str:
-    """Write .png, .svg, .gif or .mp4, as the path ends, or raise UserError; its name."""
+    """Write .png, .svg, .gif or .mp4, as the path ends; its name. UserError: no film is made."""
     report(path.name)
     with whole(path) as part:
         if path.suffix in PICTURES:
@@ -75,7 +75,7 @@ class Drawn:
     def __init__(self, view: View, dpi: int, animated: bool = False) -> None:
         self._view = view
         height = HEIGHT + LINE * len(view.switched)
-        even = 2 * round(height * dpi / 2) / dpi  # dots, as films need
+        even = 2 * round(height * dpi / 2) / dpi  # an even number of dots, as films need [inch]
         self.figure = Figure((WIDTH, even), dpi, facecolor=palette.PAPER)
         head = 1.0 - (0.9 + LINE * len(view.switched)) / height
         edges = {'left': 0.065, 'right': 0.985, 'bottom': 0.6 / height, 'top': head}

@@ -51,6 +51,7 @@ class Setting:
 
 
 def words(scene: Scene, setting: Setting) -> list[str]:
+    """EFFECT:WHERE PARAM=VALUE … as typed after `leo add MODEL`."""
     hypothesis, theta = _hypothesis(scene, setting)
     on, found = hypothesis.placed(scene.model, theta), []
     for c, placed in zip(hypothesis.candidates, on, strict=True):
@@ -85,7 +86,8 @@ class Answer(NamedTuple):
 
 def model_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:
     """The model with the switches, on its constants as given or as explain refitted them."""
-    base, (hypothesis, theta) = scene.model, _hypothesis(scene, setting)
+    hypothesis, theta = _hypothesis(scene, setting)
+    base = scene.model
     if setting.refitted and answer is not None:
         base = from_data(base, answer.data, FOUND)[0].changed(effects=base.effects)
     return hypothesis.model(base, theta)

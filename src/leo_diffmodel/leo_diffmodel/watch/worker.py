@@ -61,8 +61,11 @@ class Worker:
         before = self.news
         try:
             while self._pipe and not self.news.over and self._pipe.poll():
-                count, (kind, what) = self.news.count + 1, self._pipe.recv()
-                self.news = News(what, count) if kind == 'text' else News(**{kind: what})
+                kind, what = self._pipe.recv()
+                if kind == 'text':
+                    self.news = News(what, self.news.count + 1)
+                else:
+                    self.news = News(**{kind: what})
         except EOFError:
             self.news = News(error='it ended before it had an answer')
         if self.news.over:

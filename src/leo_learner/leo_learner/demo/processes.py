@@ -13,7 +13,6 @@ import random
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from typing import Any
@@ -21,9 +20,8 @@ from typing import Any
 import yaml
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.terminal import leo
+from leo_msgs_py.terminal import leo, leo_process
 
-LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
 GRACE = 10.0  # how long a process may take to end after SIGINT [s]
 POLL = 0.1  # how often a file is looked for [s]
 
@@ -65,7 +63,7 @@ class Processes(AbstractContextManager['Processes']):
         """Start `leo WORDS` in the background, output to `name`.log; it inherits `files`."""
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(
-                _command(words),
+                leo_process(*words),
                 env=self._environment,
                 stdout=log,
                 stderr=log,
@@ -108,9 +106,8 @@ class Processes(AbstractContextManager['Processes']):
 
     def ask(self, *words: str) -> dict[str, Any]:
         """What `leo WORDS --json` printed; UserError where it failed with status 2 or worse."""
-        done = subprocess.run(
-            _command((*words, '--json')), env=self._environment, stdout=subprocess.PIPE
-        )
+        command = leo_process(*words, '--json')
+        done = subprocess.run(command, env=self._environment, stdout=subprocess.PIPE)
         if done.returncode not in (0, 1):
             raise UserError(f'{leo(*words)} failed with status {done.returncode}')
         text = done.stdout.decode()
@@ -121,7 +118,3 @@ class Processes(AbstractContextManager['Processes']):
         with self._domain:
             for name in list(self._running):
                 self.stop(name)
-
-
-def _command(words: tuple[str, ...]) -> list[str]:
-    return [sys.executable, '-c', LEO, *words]

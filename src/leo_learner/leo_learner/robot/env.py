@@ -89,7 +89,7 @@ class RobotEnv(RobotSpaces):
         self._wait(self._reset.service_is_ready, ROBOT)
         refuse_other(self._name_of_robot(), self.robot)
         self._wait(lambda: self._latest is not None and self._episode >= 0, ROBOT)
-        self._wait(self._reset.service_is_ready, ROBOT)
+        self._wait(self._reset.service_is_ready, ROBOT)  # it may have gone meanwhile
 
     def _name_of_robot(self) -> str:
         """What the node /robot says that it is; '' where it says nothing, as others need not."""

@@ -28,12 +28,13 @@ OnScalar = Callable[[str, float, int], None]
 
 @dataclass(frozen=True)
 class LoopConfig:
-    episode_steps: int | None = None  # training episodes are cut there; a cut bootstraps
+    episode_steps: int | None = None
+    """Training episodes are cut there, for more starts; a cut bootstraps."""
     test_interval: int = 10  # training episodes between two tests
     test_steps: int | None = None
     """Transitions between two tests, in place of `test_interval`: a test of a robot that has
     learned to stand still lasts as long as the training of many short falls."""
-    test_starts: int = 1  # per test: the nominal one, then fixed random ones
+    test_starts: int = 1  # per test: the nominal one (the thesis'), then fixed random ones
 
 
 class TrainingLoop(ABC):

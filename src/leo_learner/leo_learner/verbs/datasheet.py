@@ -126,10 +126,8 @@ def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[
     from leo_diffmodel.datasheet.measure import measure
     from leo_diffmodel.datasheet.sheet import conditions, sheet
 
-    recordings, began = (
-        common.read_bags(options.inputs, model, options.topic_map),
-        time.monotonic(),
-    )
+    recordings = common.read_bags(options.inputs, model, options.topic_map)
+    began = time.monotonic()
     distinct(recordings)
     with progress('measuring') as reporter:
         found = measure(recordings, model, joint, common.own_effects(options), reporter)

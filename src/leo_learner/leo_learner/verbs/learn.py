@@ -166,7 +166,6 @@ def _typed(run: Run) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
-    from leo_learner.learning.policy import driven
     from leo_learner.learning.run import learn
     from leo_sim.model.model_file import load_model
 
@@ -174,7 +173,7 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     if not model.robot.reward:
         raise UserError(f'{model.robot.name} has no task to learn; give its robot.yaml a reward')
     with _stage(run, model, ros_args) as (env, alive):
-        training = _training(run, model.robot, driven(env, run.actions), folder)
+        training = _training(run, model.robot, env, folder)
         if run.on_robot:
             env.next_state()  # a robot that is refused is before anything is written
         try:
@@ -206,7 +205,9 @@ def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
     from leo_learner.ddpg.agent import Training
     from leo_learner.ddpg.configs import configuration
     from leo_learner.learning.checkpoint import PREFIX, start_from
+    from leo_learner.learning.policy import driven
 
+    env = driven(env, run.actions)
     if run.agent == 'sarsa':
         from leo_learner.thesis import sarsa
 

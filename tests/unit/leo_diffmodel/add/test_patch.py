@@ -129,11 +129,11 @@ def test_a_damaged_explanation_is_refused(tmp_path):
 def test_several_effects_each_with_its_parameters():
     words = 'coulomb_friction:pivot c=0.002 torque_ripple a=0.001 n=2 command_delay delay=0.01'
     model, entries = from_words(Model(PENDULUM), words.split())
-    names = ['coulomb_friction:pivot', 'torque_ripple', 'command_delay']
-    assert [p.effect.name for p in model.effects] == [n.partition(':')[0] for n in names]
+    names = [p.effect.name for p in model.effects]
+    assert names == ['coulomb_friction', 'torque_ripple', 'command_delay']
     ripple = model.effects[1].parameters
     assert (ripple['a'], ripple['n']) == (0.001, 2.0)
-    assert [e['added'] for e in entries] == names
+    assert [e['added'] for e in entries] == ['coulomb_friction:pivot', *names[1:]]
 
 
 def test_an_explanation_moves_to_a_sibling(tmp_path, capsys):

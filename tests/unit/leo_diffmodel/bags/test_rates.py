@@ -26,7 +26,7 @@ def fast(seconds: float = 8.0) -> Episode:
 
 
 def slow(stride: int = 2, seconds: float = 8.0) -> Episode:
-    return every(record(TORQUE, seconds=seconds), stride).episodes[0]
+    return every(record(TORQUE, seconds=seconds), [stride]).episodes[0]
 
 
 def test_each_rate_is_a_recording_with_its_own_period():

@@ -38,7 +38,7 @@ def test_noise_is_within_ten_percent(robot, effect, sigma):
 def test_few_samples_a_second_make_little_noise_of_a_wrong_model(heavier, most):
     """At 20 Hz a window of eight intervals would be half a swing, and the noise seven times it."""
     sigma, mass = np.array([1e-3, 0.02]), place(PENDULUM, 'link_mass', 'bob', m=heavier)
-    data = every(record(PENDULUM, mass, seconds=60, noise=sigma), 5)
+    data = every(record(PENDULUM, mass, seconds=60, noise=sigma), [5])
     (found,) = noise.estimate(Model(PENDULUM), noise.short_windows([data]))
     assert (0.9 * sigma < found).all() and (found < most * sigma).all()
 
@@ -58,7 +58,7 @@ def test_noise_of_the_torque_makes_the_rate_walk_away_from_the_robot():
     inertia = model.constants['actuators.pivot.rotor_inertia'] + 0.14733  # kg m2, robot.yaml
     steps = np.arange(windows.steps + 1)
     np.testing.assert_allclose(drift, 0.4 * DT / inertia * np.sqrt(steps), rtol=0.15)
-    longer = errors.horizon_windows([every(data, 2)], model, 0.1)
+    longer = errors.horizon_windows([every(data, [2])], model, 0.1)
     twice = noise.of_inputs(model, longer)[0, :, 1]
     np.testing.assert_allclose(twice, drift[::2], rtol=0.15)
     assert noise.of_inputs(Model(TORQUE), windows) is None

@@ -8,7 +8,7 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.windows import cut, sample_period, thin
+from leo_diffmodel.compare.windows import cut, thin
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
@@ -22,7 +22,7 @@ def faster(recording: Recording, factor: int) -> Recording:
 def test_mixed_rates_become_one():
     slow = record(TORQUE, seconds=4)
     made = thin([faster(slow, 10), faster(slow, 2), slow])
-    assert [sample_period([r]) for r in made] == pytest.approx([0.01] * 3)
+    assert [r.state_period for r in made] == pytest.approx([0.01] * 3)
     assert made[2] is slow
 
 

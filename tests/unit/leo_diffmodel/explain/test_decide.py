@@ -19,7 +19,7 @@ from leo_diffmodel.explain.decide import (
 )
 from leo_diffmodel.explain.estimate.fitted import Certificate, Fit, Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.findings.findings import Asked, Choices, Contender, Part
+from leo_diffmodel.explain.findings.findings import Choices, Contender, Part, RecordingValue
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.sentence import told
@@ -234,7 +234,7 @@ def test_effects_below_the_noise_floor_are_small():
 @pytest.mark.parametrize(('other', 'agree'), [(0.11, True), (0.25, False)])
 def test_recordings_that_exclude_each_other_disagree(other, agree):
     first = Hypothesis(CHOSEN).offset(1)
-    values = {first: [Asked('run_1', 0.1, 0.001), Asked('run_2', other, 0.001)]}
+    values = {first: [RecordingValue('run_1', 0.1, 0.001), RecordingValue('run_2', other, 0.001)]}
     told = doubts(findings(by_recording=({}, values, {})))
     assert bool(told) is not agree
     assert all('bias_torque:pivot: t is 0.1 in run_1 and 0.25 in run_2' in each for each in told)

@@ -43,7 +43,7 @@ def size(name) -> float:
 
 
 def spoilt(log, name) -> Episode:
-    return FAULTS[name].spoil(log.episodes[0], 0, 0, size(name))
+    return FAULTS[name].inject(log.episodes[0], 0, 0, size(name))
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ SIZES = {
 def spoilt(recording: Recording, name: str, value: float) -> Recording:
     fault = FAULTS[name]
     return replace(
-        recording, episodes=tuple(fault.spoil(e, 0, 0, value) for e in recording.episodes)
+        recording, episodes=tuple(fault.inject(e, 0, 0, value) for e in recording.episodes)
     )
 
 

@@ -48,7 +48,7 @@ def test_friction_at_all_joints_is_no_fault(log):
 
 def test_exchanged_inputs_are_told_and_put_right(log):
     (e,) = log.episodes
-    wrong = with_inputs(log, FAULTS['input_exchanged'].spoil(e, 0, 0, 1.0).inputs)
+    wrong = with_inputs(log, FAULTS['input_exchanged'].inject(e, 0, 0, 1.0).inputs)
     (told,) = errors(wrong)
     assert told.code == 'input_exchanged' and {*told.names} == {'shoulder', 'elbow'}
     assert told.line.startswith('input_of: {')

@@ -8,7 +8,6 @@ import pytest
 from tests.gripper import SLIDES
 from tests.simulate import DT, PENDULUM, record, steps
 
-from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
@@ -154,7 +153,7 @@ def test_with_nothing_open_it_shows_what_could_not_be_tested():
 
 def test_the_sample_period_of_the_bag_is_kept(proposal):
     (track,) = simulate([proposal.options[0].run], MODEL, DT)
-    assert sample_period([track]) == pytest.approx(DT)
+    assert track.state_period == pytest.approx(DT)
 
 
 GOOD = '# robot: pendulum\ntime [s],pivot [V],torque\n0,1,on\n0.2,-1,off\n0.4,0,on\n'

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of bags: what is drawn where, and what is said about what cannot be drawn."""
 
-from pathlib import Path
 import subprocess
-import sys
 
 import numpy as np
 from PIL import Image
 import pytest
+from tests.commands import LEO
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.picture.bag_picture import show
@@ -147,10 +146,8 @@ def test_what_a_urdf_draws_wrongly_is_left_out(visual, colours):
 
 def test_the_command(tmp_path):
     bag = bag_of('double_pendulum', tmp_path / 'swing')
-    leo = Path(sys.executable).with_name('leo')
-    run = subprocess.run(
-        [leo, 'bag', 'show', str(bag)], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    words = [LEO, 'bag', 'show', str(bag)]
+    run = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
     assert (run.returncode, run.stderr) == (0, '')
     assert run.stdout.startswith('wrote swing.png\nnext: leo ')
     assert (tmp_path / 'swing.png').is_file()

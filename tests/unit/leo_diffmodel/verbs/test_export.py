@@ -52,14 +52,6 @@ def test_what_is_left_out_is_printed_and_in_the_file(model, tmp_path, capsys):
     assert ElementTree.parse(out).find('.//joint').get('damping') == '0.05'
 
 
-def test_json(model, tmp_path, capsys):
-    assert main([str(model), '-o', str(tmp_path / 'out.urdf'), '--json']) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said['format'] == 'URDF'
-    assert [line.split(' ')[0] for line in said['effects']] == ['viscous_friction']
-    assert any('quadratic_drag' in line for line in said['left_out'])
-
-
 def test_an_exported_urdf_is_a_robot_again(model, tmp_path, capsys):
     main([str(model), '-o', str(tmp_path / 'out.urdf')])
     assert robot_verb(['init', str(tmp_path / 'out.urdf'), '-o', str(tmp_path / 'arm')]) == 0
@@ -106,13 +98,6 @@ def test_the_format_alone_names_the_file(model, tmp_path, monkeypatch, capsys, t
         assert line.removeprefix('left out: ') in text
 
 
-def test_the_urdf_beside_is_not_written_over_either(model, tmp_path):
-    (tmp_path / 'arm.urdf').write_text('mine')
-    with pytest.raises(UserError, match=r'arm.urdf exists'):
-        main([str(model), '-o', str(tmp_path / 'arm.py')])
-    assert not (tmp_path / 'arm.py').exists()
-
-
 @pytest.fixture(scope='module')
 def bag_of_it(tmp_path_factory):
     drag = place(TORQUE, 'quadratic_drag', 'all', d=0.01)
@@ -131,11 +116,14 @@ def test_a_check_prints_the_errors_side_by_side(model, bag_of_it, tmp_path, caps
     assert out.exists()
 
 
-def test_a_check_is_in_the_json(model, bag_of_it, tmp_path, capsys):
-    main([str(model), '-o', str(tmp_path / 'out.sdf'), '--check', bag_of_it, '--json'])
+def test_json(model, bag_of_it, tmp_path, capsys):
+    words = [str(model), '-o', str(tmp_path / 'out.sdf'), '--check', bag_of_it, '--json']
+    assert main(words) == 0
     said = json.loads(capsys.readouterr().out)
+    assert said['format'] == 'SDF' and said['written_for'].startswith('SDFormat 1.11')
+    assert [line.split(' ')[0] for line in said['effects']] == ['viscous_friction']
+    assert any('quadratic_drag' in line for line in said['left_out'])
     assert set(said['check']['errors']) == {'ours', 'reduced', 'noise_floor'}
-    assert said['written_for'].startswith('SDFormat 1.11')
 
 
 def test_without_mujoco_nothing_is_written(model, bag_of_it, tmp_path, monkeypatch):
@@ -153,10 +141,12 @@ def test_a_bag_of_another_robot_is_refused(bag_of_it, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_no_file_is_written_over(model, tmp_path):
-    (tmp_path / 'out.xml').write_text('mine')
-    with pytest.raises(UserError, match='exists'):
-        main([str(model), '-o', str(tmp_path / 'out.xml')])
+@pytest.mark.parametrize(('there', 'output'), [('out.xml', 'out.xml'), ('arm.urdf', 'arm.py')])
+def test_no_file_is_written_over(model, tmp_path, there, output):
+    (tmp_path / there).write_text('mine')
+    with pytest.raises(UserError, match=rf'{there} exists'):
+        main([str(model), '-o', str(tmp_path / output)])
+    assert {path.name for path in tmp_path.iterdir()} == {model.name, there}
 
 
 def test_where_a_model_is_stays_in_the_remark(model, tmp_path):

@@ -165,9 +165,8 @@ def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
             super().__init__([sys.executable, '-c', ''], **options)
 
     monkeypatch.setattr(job.subprocess, 'Popen', Ended)
-    updates = job.Updates(
-        folder / 'fits', 'model.yaml', 'recommended', own=effect_words(model.effects)
-    )
+    words = effect_words(model.effects)
+    updates = job.Updates(folder / 'fits', 'model.yaml', 'recommended', effects=words)
     updates.begin([folder / 'bag'])
     updates.stop()
     (folder / 'ran').unlink()

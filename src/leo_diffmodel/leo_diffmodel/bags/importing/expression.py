@@ -78,9 +78,11 @@ def _value(node: ast.AST, names: Mapping[str, Column], text: str) -> Any:
     All values are arrays, (1,) or (T,), so that NumPy's rules hold for all of them: 0 / 0 is NaN.
     """
 
-    def applied(operator: ast.AST, *operands: ast.AST) -> Any:
+    def applied(sign: ast.AST, *operands: ast.AST) -> Any:
         values = [1.0 * _value(operand, names, text) for operand in operands]
-        return (_OPERATORS.get(type(operator)) or _refuse(operator, text))(*values)
+        if type(sign) not in _OPERATORS:
+            _refuse(sign, text)
+        return _OPERATORS[type(sign)](*values)
 
     match node:
         case ast.Constant(value=int() | float() as number):
@@ -91,8 +93,8 @@ def _value(node: ast.AST, names: Mapping[str, Column], text: str) -> Any:
             return applied(node.op, node.operand)
         case ast.BinOp():
             return applied(node.op, node.left, node.right)
-        case ast.Compare(ops=[operator], comparators=[right]):
-            return applied(operator, node.left, right)
+        case ast.Compare(ops=[sign], comparators=[right]):
+            return applied(sign, node.left, right)
         case ast.Call(func=ast.Name(id=name), keywords=[]) if name in FUNCTIONS:
             function, takes = FUNCTIONS[name]
             if len(node.args) != takes:

@@ -111,7 +111,8 @@ def _alike(name: str, joint: str) -> float:
 
 def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
     """Return the unit in which a position is one of the joint; None where none is."""
-    reach, peak = np.abs(robot.limits.get(joint, np.inf)).max(), peak_of([values])
+    low, high = robot.limits.get(joint, (-np.inf, np.inf))
+    reach, peak = max(abs(low), abs(high)), peak_of([values])
     if joint in robot.slides:
         return Unit('m', f'{joint} of {robot.ref} slides')
     if not np.isfinite(reach):
@@ -163,10 +164,11 @@ def choose(first: Table, roles: Roles, robot: KnownRobot | None) -> Chosen:
         notes = tuple(_notes({name: pairs[name] for name in positions if name in pairs}, robot))
         roles = _renamed(roles, {name: joint for name, (joint, _) in pairs.items()})
     found = _by_quantity(roles)
-    joints = {
-        joint: {of: found[of, False][joint] for of in MEASURED if joint in found[of, False]}
-        for joint in found['position', False]
-    }
+    joints: Columns = {joint: {} for joint in found['position', False]}
+    for quantity in MEASURED:
+        for joint, column in found[quantity, False].items():
+            if joint in joints:
+                joints[joint][quantity] = column
     driven = {joint: _driving(found, joint, robot) for joint in joints}
     inputs = {joint: columns for joint, columns in driven.items() if columns}
     return Chosen(rising(first, roles), joints, inputs, notes)
@@ -206,8 +208,9 @@ def _driving(found: ByQuantity, joint: str, robot: KnownRobot | None) -> dict[st
         return {}
     columns = {driven[0]: found[driven][joint]}
     for name in WITH_THE_DRIVE:
-        of = found[name, False]
-        if column := of.get(joint) or (of.get('joint') if name in OF_ALL else None):
+        logged = found[name, False]
+        shared = logged.get('joint') if name in OF_ALL else None
+        if column := logged.get(joint) or shared:
             columns[name] = column
     return columns
 

@@ -78,12 +78,11 @@ def joined(
     if len({len(tables) for _, tables in logs}) > 1:
         counts = {log.name: len(tables) for log, tables in logs}
         raise UserError(f'parts of one run differ in their number of episodes: {counts}')
-    paths, tables = zip(*logs, strict=True)
-    named = list(zip(paths, short_names(paths), strict=True))
-    found = [
-        _one([Part(*who, t, _time(t, time)) for who, t in zip(named, episode, strict=True)])
-        for episode in zip(*tables, strict=True)
-    ]
+    paths = [log for log, _ in logs]
+    names, found = short_names(paths), []
+    for episode in zip(*(tables for _, tables in logs), strict=True):
+        files = zip(paths, names, episode, strict=True)
+        found.append(_one([Part(log, name, t, _time(t, time)) for log, name, t in files]))
     return [table for table, _ in found], found[0][1]
 
 
@@ -146,10 +145,11 @@ def _same(t: Column, clock: Column) -> bool:
 def _how(listed: str, clock: Part, parts: Sequence[Part], rows: int) -> str:
     moved = ', '.join(p.log.name for p in parts if p.time and not _same(p.t, clock.t))
     plain = ', '.join(p.log.name for p in parts if not p.time)
-    notes = {
-        f'joined {listed} by the times of {clock.log.name}': True,
-        f'{moved} interpolated': moved,
-        f'{plain} row by row': plain,
-        f'{clock.rows - rows} rows left out that not all have': rows < clock.rows,
-    }
-    return '; '.join(note for note, holds in notes.items() if holds)
+    notes = [f'joined {listed} by the times of {clock.log.name}']
+    if moved:
+        notes.append(f'{moved} interpolated')
+    if plain:
+        notes.append(f'{plain} row by row')
+    if rows < clock.rows:
+        notes.append(f'{clock.rows - rows} rows left out that not all have')
+    return '; '.join(notes)

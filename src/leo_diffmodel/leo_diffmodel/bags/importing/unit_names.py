@@ -15,16 +15,34 @@ def by_word(spellings: Mapping[str, str]) -> dict[str, str]:
 
 
 _PARTS = by_word(
-    {'deg': '° º grad degree degrees degré degrés', 'rad': 'radian radians radiant'}
-    | {'rev': 'u umdr umdrehungen tr tour tours turn turns'}
-    | {'s': 'sec sek second seconds sekunden secondes', 'ms': 'msec millis', 'us': 'usec micros'}
-    | {'V': 'volt volts v', 'mV': 'mv', 'A': 'ampere amps a', 'mA': 'ma'}
-    | {'N': 'newton n', 'N cm': 'ncm', 'mN m': 'mnm', 'm': 'meter metre'}
+    {
+        'deg': '° º grad degree degrees degré degrés',
+        'rad': 'radian radians radiant',
+        'rev': 'u umdr umdrehungen tr tour tours turn turns',
+        's': 'sec sek second seconds sekunden secondes',
+        'ms': 'msec millis',
+        'us': 'usec micros',
+        'V': 'volt volts v',
+        'mV': 'mv',
+        'A': 'ampere amps a',
+        'mA': 'ma',
+        'N cm': 'ncm',
+        'mN m': 'mnm',
+        'N': 'newton n',
+        'm': 'meter metre',
+    }
 )
 _WHOLE = by_word(
-    {'rpm': 'rev/min 1/min min-1 min^-1', 'rev/s': 'rps', 'rad/s': 'rads radps'}
-    | {'deg/s': 'degs dps', 'm/s': 'mps', '1/s': 's-1'}
-    | {'N m': 'nm n*m n.m n·m', '%': 'prozent percent'}
+    {
+        'rpm': 'rev/min 1/min min-1 min^-1',
+        'rev/s': 'rps',
+        'rad/s': 'rads radps',
+        'deg/s': 'degs dps',
+        'm/s': 'mps',
+        '1/s': 's-1',
+        '%': 'prozent percent',
+        'N m': 'nm n*m n.m n·m',
+    }
 )
 """Whole units; a speed in 1/min counts turns, and nm is no length of a robot."""
 _SPELLING = str.maketrans({'µ': 'u', 'μ': 'u', '²': '2', '⁻': '-', '¹': '1', '⋅': '·', '∙': '·'})

@@ -23,14 +23,10 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Background:
-    """What small differences leave to doubt.
+    """What small differences leave to doubt."""
 
-    Attributes:
-        scale: their typical size [noise of each sample].
-        factors: by how much standard errors of each effect's parameters are larger, (P,) each.
-    """
-
-    scale: float
+    scale: float  # their typical size [noise of each sample]
+    # by how much standard errors of each effect's parameters are larger, (P,) each
     factors: dict[Candidate, Array]
 
     def widened(self, fitted: Fit) -> Fit:
@@ -62,7 +58,10 @@ def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Bac
 
 
 def _likeliest(free: Array, left: Array, samples: int) -> float:
-    """Square of the most likely scale, from products with columns beside those of a set."""
+    """Square of the most likely scale, from products with columns beside those of a set.
+
+    Of these there are as many directions as candidates; along each the product is normal.
+    """
     values, vectors = np.linalg.eigh(free)
     seen = values > 1e-6
     if not seen.any():

@@ -105,10 +105,11 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
         alone += others
     if len(held) < 2:
         leaders = sorted((f for f in alone if len(f[1]) == 1), key=itemgetter(0))
-        leaders, most = leaders[: numerics.leaders], now + near if held else now
-        pairs = [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
-        pairs = [f for f in pairs if f[0] < most]
-        found += [f for f in pairs if matrices.alike(f[1][:-1], f[1][-1]) < numerics.parallel]
+        most = now + near if held else now
+        for _, one in leaders[: numerics.leaders]:
+            for cost, pair in _with_one(matrices, one, price):
+                if cost < most and matrices.alike(pair[:-1], pair[-1]) < numerics.parallel:
+                    found.append((cost, pair))
     return _least([f for f in found if _is_other(held, f[1])], numerics)
 
 

@@ -105,6 +105,7 @@ def _moves_ground(candidate: Candidate, robot: Robot) -> bool:
 def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
 ) -> tuple[Field, float]:
+    """The last contenders, best first, and what the best of them gains [nats]."""
     iterates = _each(linearised, posed, [_with(null, s) for s in scans])
     field: Field = list(zip(scans, iterates, strict=True))
     numerics = posed.problem.numerics
@@ -183,7 +184,7 @@ def _imitating(best: Iterate, scans: Sequence[Scan]) -> list[Iterate]:
 
 
 def _loss(at: Iterate) -> float:
-    return float(at.fit.loss[at.posed.problem.train].sum())
+    return at.fit.lost(at.posed.problem.train)
 
 
 def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[Scan]:

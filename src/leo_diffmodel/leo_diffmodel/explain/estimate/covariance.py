@@ -48,7 +48,8 @@ def covariance(
         channels: how many there are, 2J.
         numerics: of the loss, and how much it may bend the other way.
         typical: size of each in most windows.
-        larger: each variance is the larger of the two, not their mean.
+        larger: each variance is the larger of the two, not their mean. Blocks say more where the
+            model is wrong, and at times less by chance, as they are few.
     """
     slopes, touching = derivatives(columns, residual, channels, numerics, typical)
     bent = _bent(slopes, residual, numerics, typical)
@@ -156,7 +157,11 @@ def solved(gram: Array, slope: Array, damping: float) -> Array:
 
 
 def leverage_weight(problem: Problem, by_theta: Array) -> Array:
-    """Weight of windows that limits their leverage on parameters (Mallows), (W, 1, 1)."""
+    """Weight of each window that limits its leverage on the parameters (Mallows), (W, 1, 1).
+
+    A contact that comes or goes with a small change of a parameter makes a window many times as
+    sensitive to it as it is to a larger change.
+    """
     numerics = problem.numerics
     if not np.isfinite(numerics.most_leverage) or not by_theta.size:
         return np.ones((len(by_theta), 1, 1))

@@ -57,19 +57,13 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Extension:
-    """A hypothesis `base`, as settled for this comparison, and the sets near it.
-
-    Attributes:
-        larger: the hypotheses that were fitted.
-        scans: what the scan promised of each candidate, most first.
-        threshold: gain that noise alone can give [nats].
-        untried: effects and pairs that there was no time to fit.
-    """
+    """A hypothesis `base`, as settled for this comparison, and the sets near it."""
 
     base: Estimate
-    larger: tuple[Estimate, ...]
-    scans: tuple[Scan, ...]
-    threshold: float
+    larger: tuple[Estimate, ...]  # the hypotheses that were fitted
+    scans: tuple[Scan, ...]  # what the scan promised of each candidate, most first
+    threshold: float  # gain that noise alone can give [nats]
+    # effects and pairs that there was no time to fit
     untried: tuple[tuple[Candidate, ...], ...] = ()
 
 

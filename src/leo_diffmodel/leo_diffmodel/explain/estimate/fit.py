@@ -51,7 +51,8 @@ def fit(
         start: start states to begin with, shape (W, 2J); None begins with those measured.
         iterations: most steps; None for those of the settings.
         thorough: every step tries the measured start states as well, not the first and last only,
-            and finds what start states do; else after one that saves less than half its promise.
+            and finds what start states do. Else that is found again after a step that saves less
+            than half of its promise, and at the end.
         by_start: what start states do, shape (W, N, 2J), as another fit nearby has it.
         rival: loss [nats] of another hypothesis; a fit that comes nearer too slowly is given up.
     """
@@ -87,7 +88,10 @@ def read_at(problem: Problem, fitted: Fit) -> Fit:
 
 
 def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
-    """The fit with the start states of another one in the windows where they suit it better."""
+    """The fit with the start states of another one in the windows where they suit it better.
+
+    A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
+    """
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
     linear = fixed.linearised(Hypothesis(), np.zeros(0), other.start)
     channels = other.start.shape[-1]
@@ -116,7 +120,8 @@ def moved(fitted: Fit, step: Step, scale: float) -> Fit:
 def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None, float]:
     """The first step, shorter and shorter, that saves something, and the damping of the next.
 
-    None where none promises anything. Start states are settled where it saves less than half that.
+    None where no step promises anything. Where a step saves less than half of its promise, the
+    start states are settled.
     """
     problem, numerics = at.problem, at.problem.numerics
     harder = numerics.harder
@@ -152,18 +157,12 @@ def _enough(numerics: Numerics, promised: float, thorough: bool) -> float:
 
 @dataclass(frozen=True)
 class Step:
-    """A step of the parameters, and of each start state: start + gain (change of theta).
+    """A step of the parameters, and of each start state: start + gain (change of theta)."""
 
-    Attributes:
-        theta: shape (P,).
-        start, gain: shapes (W, 2J) and (W, 2J, P).
-        promised: what it saves where all is linear [nats].
-    """
-
-    theta: Array
-    start: Array
-    gain: Array
-    promised: float = 0.0
+    theta: Array  # shape (P,)
+    start: Array  # shape (W, 2J)
+    gain: Array  # shape (W, 2J, P)
+    promised: float = 0.0  # what it saves where all is linear [nats]
 
 
 class _Point:
@@ -191,18 +190,19 @@ class _Point:
         self.problem, self.hypothesis, self.theta, self.start = problem, hypothesis, theta, start
         self.linear = problem.linearised(hypothesis, theta, start, errors, by_start)
         self.rest, self.slope = eliminate(self.linear)[:2]
-        residual, numerics = self.linear.residual, problem.numerics
-        self.typical = problem.typical_of(residual)
-        of_loss = residual, start.shape[-1], numerics, self.typical
-        self.loss = likelihood.loss(*of_loss)
+        whitened, channels, numerics = self.linear.residual, start.shape[-1], problem.numerics
+        self.typical = problem.typical_of(whitened)
+        self.loss = likelihood.loss(whitened, channels, numerics, self.typical)
         self.most = numerics.moving * max(float(np.median(self.loss[problem.train])), 1e-12)
-        residual, columns, *answer = eliminate(self.linear, likelihood.robust_weight(*of_loss))
+        weight = likelihood.robust_weight(whitened, channels, numerics, self.typical)
+        residual, columns, solved, gain = eliminate(self.linear, weight)
         chosen = problem.train & (self.loss < self.most)
         leverage = leverage_weight(problem, columns[chosen])
         columns = columns[chosen] * leverage
         self.descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
         flat = columns.reshape(columns.shape[0] * columns.shape[1], len(theta))
-        self.matrix, self.answer = flat.T @ flat, (-answer[0], -answer[1])
+        self.matrix = flat.T @ flat
+        self.answer = -solved, -gain
         self.chord = by_start is not None and not problem.on_ground
 
     @property

@@ -22,19 +22,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Certificate:
-    """How surely a fit rests at the least loss there is.
+    """How surely a fit rests at the least loss there is."""
 
-    Attributes:
-        decrement: what a full Gauss-Newton step still promises to save [nats].
-        starts: from how many values it was fitted.
-        reached: how many of these ended at the least loss.
-        converged: whether that is enough to trust it.
-    """
-
-    decrement: float
-    starts: int
-    reached: int
-    converged: bool
+    decrement: float  # what a full Gauss-Newton step still promises to save [nats]
+    starts: int  # from how many values it was fitted
+    reached: int  # how many of these ended at the least loss
+    converged: bool  # whether that is enough to trust it
 
     def to_json(self) -> dict[str, float]:
         return asdict(self)
@@ -42,40 +35,28 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted hypothesis.
+    """A fitted hypothesis."""
 
-    Attributes:
-        hypothesis: what was free.
-        theta: its parameters, shape (P,).
-        covariance: of theta, from the training windows, wider where more than noise is left,
-            shape (P, P).
-        beyond: by how much they may be smaller and larger because a constant whose best value is
-            a bound may lie inside it; `ci95` adds this in quadrature, shape (P, 2).
-        start: start states, shape (W, 2J).
-        loss: robust cost of each window [nats], shape (W,).
-        residual: whitened, start states projected out, shape (W, N).
-        columns: its sensitivity to the parameters, shape (W, N, P).
-        decrement: what a full Gauss-Newton step still promises to save [nats].
-        typical: size of what it is off by in most windows [noise], (1, 2J), see `likelihood`.
-        certificate: of one that was brought to its end.
-        ended: no step promised anything more; False where the iterations or the time were over, or
-            it was given up.
-        by_start: sensitivity of the whitened residual to the start states, shape (W, N, 2J); None
-            where the problem has it.
-    """
-
-    hypothesis: Hypothesis
-    theta: Array
+    hypothesis: Hypothesis  # what was free
+    theta: Array  # its parameters, shape (P,)
+    # of theta, from the training windows, wider where more than noise is left, shape (P, P)
     covariance: Array
+    # by how much they may be smaller and larger because a constant whose best value is a bound may
+    # lie inside it; `ci95` adds this in quadrature, shape (P, 2)
     beyond: Array
-    start: Array
-    loss: Array
-    residual: Array
-    columns: Array
-    decrement: float = 0.0
+    start: Array  # start states, shape (W, 2J)
+    loss: Array  # robust cost of each window [nats], shape (W,)
+    residual: Array  # whitened, start states projected out, shape (W, N)
+    columns: Array  # its sensitivity to the parameters, shape (W, N, P)
+    decrement: float = 0.0  # what a full Gauss-Newton step still promises to save [nats]
+    # size of what it is off by in most windows [noise], (1, 2J), see `likelihood`
     typical: Array | None = None
-    certificate: Certificate | None = None
+    certificate: Certificate | None = None  # of one that was brought to its end
+    # no step promised anything more; False where the iterations or the time were over, or it was
+    # given up
     ended: bool = True
+    # sensitivity of the whitened residual to the start states, shape (W, N, 2J); None where the
+    # problem has it
     by_start: Array | None = None
 
     @property
@@ -139,7 +120,10 @@ def dispersion(fitted: Fit) -> float:
 
 
 def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left."""
+    """Mean squared whitened residual over its expected value: 1 where only noise is left.
+
+    `quantile` is over windows; the median does not see what shows in less than half of them.
+    """
     return likelihood.excess(fitted.residual, fitted.start.shape[-1], quantile)
 
 
@@ -191,18 +175,12 @@ def _answer(problem: Problem, fitted: Fit, move: Array, free: Array) -> Array:
 
 @dataclass(frozen=True)
 class Rest:
-    """What the supported effects leave.
+    """What the supported effects leave."""
 
-    Attributes:
-        gates: what counts.
-        ratio: mean squared whitened residual over its expected value, see `rest_of`.
-        share: of the model's error (beyond noise) that is left.
-        correlation: by which correlation in time makes it less than it seems; 1 for white noise.
-    """
-
-    gates: Gates
-    ratio: float
-    share: float
+    gates: Gates  # what counts
+    ratio: float  # mean squared whitened residual over its expected value, see `rest_of`
+    share: float  # of the model's error (beyond noise) that is left
+    # by which correlation in time makes it less than it seems; 1 for white noise
     correlation: float = 1.0
 
     @property
@@ -217,7 +195,8 @@ def rest_of(problem: Problem, null: Fit, final: Fit) -> Rest:
     """What the effects of a fit leave of the error of the model without them (`null`).
 
     Looks at windows in which no contact comes or goes, if there are some: engines differ in
-    impacts, and agree on what happens between two of them.
+    impacts, and agree on what happens between two of them. On the ground the ratio is that of a
+    window worse than most (`seen_at`), so that a law shows that acts at times only.
     """
     numerics = problem.numerics
     steady = np.flatnonzero(problem.steady(final.hypothesis, final.theta, final.start))

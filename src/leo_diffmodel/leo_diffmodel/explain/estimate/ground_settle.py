@@ -58,7 +58,8 @@ class _Settling:
 
     def __init__(self, problem: Problem, before: Linearisation | None):
         self._numerics, self._noise = problem.numerics, problem.noise
-        self._model, self._windows = model, windows = problem.base, problem.windows
+        model, windows = problem.base, problem.windows
+        self._model, self._windows = model, windows
         if before:
             self.start, self.columns = before.start.copy(), before.by_start.copy()
             self._predicted = predict(model, windows, before.start)

@@ -25,7 +25,7 @@ _pools: list[ProcessPoolExecutor] = []
 def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
     """Begin to start the process, where there is a second core; a worker of others gets none.
 
-    It imports the module of `first`. Not `wanted` where a user's own code may not fit to be sent.
+    It imports the module of `first`. Not `wanted` where a user's own code may be unfit to be sent.
     """
     _started.clear()
     if wanted and cpu_count() > 1 and multiprocessing.parent_process() is None:

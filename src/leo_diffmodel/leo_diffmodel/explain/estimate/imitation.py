@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import least_squares
 
+from leo_diffmodel.compare.windows import evenly
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate
@@ -49,7 +50,10 @@ def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Sca
 
 
 def _other_wholes(scan: Scan, values: Array) -> list[Array]:
-    """The scanned points of a law, by its whole numbers; without those that it has."""
+    """The scanned points of a law, by its whole numbers; without those that it has.
+
+    Where a joint moves through less than a period, other numbers of periods in a turn do the same.
+    """
     whole = [i for i, p in enumerate(scan.candidate.parameters) if p.whole]
     kinds = np.unique(scan.points[:, whole], axis=0) if whole else ()
     return [
@@ -100,6 +104,5 @@ def _states(problem: Problem, where: str) -> tuple[Array, Array]:
     names = problem.base.robot.joint_names
     joints = [i for i, name in enumerate(names) if where in ('all', name)]
     q, dq = (x[..., joints].ravel() for x in (problem.windows.q, problem.windows.dq))
-    count = min(problem.numerics.imitation_samples, len(q))
-    some = np.linspace(0, len(q) - 1, count).astype(int)
+    some = evenly(len(q), problem.numerics.imitation_samples)
     return q[some], dq[some]

@@ -21,35 +21,20 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Matrices:
-    """Terms, and the normal equations of all their columns, scaled to unit length.
+    """Terms, and the normal equations of all their columns, scaled to unit length."""
 
-    Attributes:
-        fit: what they are linear about.
-        members: terms of the effects in it.
-        others: of all other effects, the shapes of each that explain most.
-        gram: products of the columns, shape (C, C).
-        along: their products with what no effect explains, shape (C,).
-        total: half the square of that [nats].
-        limits: of the coefficients, shape (2, C).
-        length: of the columns before, shape (C,).
-        scans: of the candidates that are not in the fit, on top of it, most first.
-        threshold: gain that noise alone can give [nats].
-        samples: how many the columns have.
-        masses: of the links in the fit [kg].
-    """
-
-    fit: Fit
-    members: tuple[Term, ...]
-    others: tuple[Term, ...]
-    gram: Array
-    along: Array
-    total: float
-    limits: Array
-    length: Array
-    scans: tuple[Scan, ...]
-    threshold: float
-    samples: int
-    masses: Mapping[str, float]
+    fit: Fit  # what they are linear about
+    members: tuple[Term, ...]  # terms of the effects in it
+    others: tuple[Term, ...]  # of all other effects, the shapes of each that explain most
+    gram: Array  # products of the columns, shape (C, C)
+    along: Array  # their products with what no effect explains, shape (C,)
+    total: float  # half the square of that [nats]
+    limits: Array  # of the coefficients, shape (2, C)
+    length: Array  # of the columns before, shape (C,)
+    scans: tuple[Scan, ...]  # of the candidates that are not in the fit, on top of it, most first
+    threshold: float  # gain that noise alone can give [nats]
+    samples: int  # how many the columns have
+    masses: Mapping[str, float]  # of the links in the fit [kg]
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -113,7 +98,10 @@ def matrices(
     pool: Sequence[Candidate],
     progress: Progress = lambda *_: None,
 ) -> Matrices:
-    """Linearise a fit in its own effects and, at finite amplitudes, in all those of a pool."""
+    """Linearise a fit in its own effects and, at finite amplitudes, in all those of a pool.
+
+    In some of the training windows; start states and constants are projected out.
+    """
     few = max(1, round(problem.numerics.matrix_samples / problem.windows.steps))
     some = problem.some_trained(few)
     made = _Builder(problem.take(some), fitted.take(some), scales)
@@ -207,10 +195,10 @@ class _Builder:
         terms = [*self._members, *self._others]
         limits = np.array([(c.low, c.high) for t in terms for c in t.columns]).reshape(-1, 2)
         rows = rows / length[:, None]
-        gram, at = rows @ rows.T, self._fit
-        bodies = at.hypothesis.model(self._problem.base, at.theta).laws.bodies
+        gram, fitted = rows @ rows.T, self._fit
+        bodies = fitted.hypothesis.model(self._problem.base, fitted.theta).laws.bodies
         return Matrices(
-            at,
+            fitted,
             tuple(self._members),
             tuple(self._others),
             gram,

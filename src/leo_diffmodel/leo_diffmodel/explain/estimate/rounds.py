@@ -74,7 +74,10 @@ class Rounds:
         return fitted, made
 
     def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
-        """One choice and its joint fit, and whether the choice is the same again."""
+        """One choice and its joint fit, and whether the choice is the same again.
+
+        Where the fit is far off, the best of those that have one thing more.
+        """
         price = self._price(problem, fitted, made)
         if unexplained(fitted) > problem.gates.far:
             chosen = choice.first_steps(made, price, problem.numerics, _ordinary)

@@ -23,27 +23,19 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Scan:
-    """What a scan of one candidate found.
+    """What a scan of one candidate found."""
 
-    Attributes:
-        candidate: the effect and its place.
-        theta: the best parameters, shape (P,).
-        gain: on the training windows [nats], nuisances projected out.
-        evidence: 0.5 |signature|^2 of the largest amplitude [nats].
-        first: where in `theta` the candidate's own parameters begin.
-        signatures: change of the whitened prediction for each point tried, unit length,
-            shape (S, M); what threshold draws and confusability are computed from.
-        points: the parameters tried, shape (S, P).
-        nats: 0.5 |signature|^2 of each, shape (S,).
-    """
-
-    candidate: Candidate
-    theta: Array
-    gain: float
-    evidence: float
-    first: int
+    candidate: Candidate  # the effect and its place
+    theta: Array  # the best parameters, shape (P,)
+    gain: float  # on the training windows [nats], nuisances projected out
+    evidence: float  # 0.5 |signature|^2 of the largest amplitude [nats]
+    first: int  # where in `theta` the candidate's own parameters begin
+    # change of the whitened prediction for each point tried, unit length, shape (S, M); what
+    # threshold draws and confusability are computed from
     signatures: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    # the parameters tried, shape (S, P)
     points: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    # 0.5 |signature|^2 of each, shape (S,)
     nats: Array = field(default_factory=lambda: np.zeros(0))
 
     @property

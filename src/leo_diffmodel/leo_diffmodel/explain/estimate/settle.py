@@ -25,19 +25,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Settled:
-    """Windows at the start states that fit them best.
+    """Windows at the start states that fit them best."""
 
-    Attributes:
-        start: shape (W, 2J).
-        loss: of each window [nats], shape (W,).
-        residual: whitened, shape (W, N).
-        by_start: sensitivity of the residual to the start, there or nearby, shape (W, N, 2J).
-    """
-
-    start: Array
-    loss: Array
-    residual: Array
-    by_start: Array
+    start: Array  # shape (W, 2J)
+    loss: Array  # of each window [nats], shape (W,)
+    residual: Array  # whitened, shape (W, N)
+    by_start: Array  # sensitivity of the residual to the start, there or nearby, shape (W, N, 2J)
 
     def take(self, index: Array) -> Settled:
         return Settled(*(x[index] for x in vars(self).values()))
@@ -53,8 +46,9 @@ def settle(
 ) -> Settled:
     """Settle from each of several start states (W, 2J), and keep the best in each window.
 
-    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is a sensitivity found
-    nearby. All windows together then promise less than `nats`.
+    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is the sensitivity of the
+    whitened residual to the start states, found nearby. They are settled where all windows
+    together promise less than `nats`, and none more than the settings say.
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))

@@ -30,21 +30,14 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """One effect in one shape: its columns are in a set all together, or not at all.
+    """One effect in one shape: its columns are in a set all together, or not at all."""
 
-    Attributes:
-        candidate: the effect and its place.
-        begin: its parameters where all coefficients are 0, shape (P,).
-        columns: what its parameters do; two a quarter turn apart for a sine of any phase.
-        first: number of its first column among those of all.
-        phase: number of the parameter that is its phase, if it has one.
-    """
-
-    candidate: Candidate
-    begin: Array
+    candidate: Candidate  # the effect and its place
+    begin: Array  # its parameters where all coefficients are 0, shape (P,)
+    # what its parameters do; two a quarter turn apart for a sine of any phase
     columns: tuple[Column, ...]
-    first: int = 0
-    phase: int | None = None
+    first: int = 0  # number of its first column among those of all
+    phase: int | None = None  # number of the parameter that is its phase, if it has one
 
     @property
     def span(self) -> range:

@@ -36,7 +36,7 @@ class Contender(NamedTuple):
     by: float  # what it leaves less unexplained [nats]; or the share of the error that it saves
 
 
-class Asked(NamedTuple):
+class RecordingValue(NamedTuple):
     """The value that one recording asks for, and half its 95 % interval."""
 
     bag: str
@@ -113,7 +113,7 @@ class Findings:
     # where these are too few for that to matter
     floors: tuple[float, ...]
     # of each chosen effect and each parameter that scales it, by its place in `theta`
-    by_recording: tuple[dict[int, list[Asked]], ...]
+    by_recording: tuple[dict[int, list[RecordingValue]], ...]
     choices: Choices
     other: Contender | None  # leaves much less unexplained than the chosen set
     refuted: Contender | None  # has no more effects and surely a smaller held-out error

@@ -15,7 +15,7 @@ from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.sizes import length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.findings.findings import Asked, Part, Range, Rival, Shown
+from leo_diffmodel.explain.findings.findings import Part, Range, RecordingValue, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.last_fits import Finished
 from leo_diffmodel.explain.problem import likelihood
@@ -45,7 +45,8 @@ def singles(done: Finished, facts: Facts) -> Iterator[Part]:
     assert empty is not None
     before = _loss(empty, done.held)
     for single in (s for s in found.sets if len(s.names) == 1):
-        (candidate,), saved = single.names, before - _loss(single, done.held)
+        (candidate,) = single.names
+        saved = before - _loss(single, done.held)
         yield _part(done, candidate, saved, (found.null, single.fit), facts)
 
 
@@ -125,17 +126,21 @@ def _loss(scored: Scored, held: HeldOut) -> Array:
 
 def values_by_recording(
     problem: Problem, final: Fit, bags: Sequence[str]
-) -> tuple[dict[int, list[Asked]], ...]:
+) -> tuple[dict[int, list[RecordingValue]], ...]:
     """For each effect, by its parameters that scale it, the values that recordings ask for."""
     hypothesis = final.hypothesis
     scaling = (
         [hypothesis.offset(n) + i for i in amplitude_indices(c.parameters)]
         for n, c in enumerate(hypothesis.candidates)
     )
-    return tuple({i: list(_asked(problem, final, bags, i)) for i in places} for places in scaling)
+    return tuple(
+        {i: list(_by_recording(problem, final, bags, i)) for i in places} for places in scaling
+    )
 
 
-def _asked(problem: Problem, final: Fit, bags: Sequence[str], index: int) -> Iterator[Asked]:
+def _by_recording(
+    problem: Problem, final: Fit, bags: Sequence[str], index: int
+) -> Iterator[RecordingValue]:
     """The values of parameter `index`, all else as it is.
 
     One Newton step from the joint fit; the interval is that of a sandwich over the blocks of the
@@ -156,7 +161,7 @@ def _asked(problem: Problem, final: Fit, bags: Sequence[str], index: int) -> Ite
             continue
         value = float(final.theta[index] - slopes[of_bag].sum() / whole)
         spread = float(np.sqrt((np.bincount(where, slopes[of_bag]) ** 2).sum())) / whole
-        yield Asked(bag, value, spread * float(stdtrit(len(blocks) - 1, 0.975)))
+        yield RecordingValue(bag, value, spread * float(stdtrit(len(blocks) - 1, 0.975)))
 
 
 def shown_for(

@@ -36,7 +36,8 @@ def seen(
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
     """Every effect of the catalogue, and the user's, at every place it can act.
 
-    Joint effects also shared by all joints of several. What the model holds already is left out.
+    Joint effects are also tried with one value for all of several joints. What the model holds
+    already is left out.
     """
     taken = {(p.effect.name, place) for p in model.effects for place in p.where}
     # what does several effects at once is another thing than these, and found as one, only here

@@ -37,7 +37,7 @@ class Facts:
         return len(robot.joint_names) == 1 and robot.base == 'fixed' and not robot.copies
 
     def at_base(self, joint: str, slides: bool = False) -> bool:
-        """Whether a joint, that none mimics, is a hinge (or of `slides`) at the fixed base."""
+        """Whether a joint that none mimics is a hinge (with `slides` a slide) at a fixed base."""
         joints = self.robot.joints
         found = next((j for j in joints if j.name == joint), None)
         if self.robot.base != 'fixed' or found is None or (joint in self.robot.slides) != slides:

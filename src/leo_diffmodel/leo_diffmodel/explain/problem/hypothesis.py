@@ -90,7 +90,10 @@ class Hypothesis:
 
     @property
     def together(self) -> list[list[int]]:
-        """Numbers of the parameters but whole ones, the values of one constant as one group."""
+        """Numbers of the parameters but whole ones, in groups of which no window sees two.
+
+        A group holds the values that one constant has in several recordings.
+        """
         first, recordings = self.first_constant, self.recordings
         rows: dict[str | int, list[int]] = {}
         for i in map(int, np.flatnonzero(~self.whole)):
@@ -137,7 +140,8 @@ class Hypothesis:
     def moved(self, theta: Array, step: Array) -> Array:
         """The values after a step, within the bounds.
 
-        Where the law is straight in the product of two of them, so is the step.
+        Where the law is straight in the product of two of them, so is the step: it would else
+        lead nowhere while both are far off.
         """
         there = self.bounded(theta + step)
         for index, candidate in enumerate(self.candidates):

@@ -101,7 +101,7 @@ def promised(
 
 
 def size_weight(numerics: Numerics, typical: Array | None) -> float:
-    """Weight of what is known of a size before a window, which has 1 itself."""
+    """Weight of all that is known of a size in one window; what that window shows has 1."""
     return 1.0 if typical is None else 1.0 + numerics.shared
 
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import sample_period
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import fast_enough
-from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
+from leo_diffmodel.compare.windows import cut, evenly, per_window, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
@@ -27,19 +28,15 @@ Point = tuple[Hypothesis, Array, Array]
 
 @dataclass(frozen=True)
 class Posed:
-    """One set of recordings, cut twice.
+    """One set of recordings, cut twice."""
 
-    Attributes:
-        problem: short windows: their start states are found from anywhere, and an effect of any
-            size shows as a change of slope; all candidates are searched here.
-        longer: windows as long as their start states can be found with a nearly right model,
-            where two good explanations part; None where no longer ones can.
-        blocks: time blocks of both; the unit of hold-out and of the bootstrap.
-    """
-
+    # short windows: their start states are found from anywhere, and an effect of any size shows as
+    # a change of slope; all candidates are searched here
     problem: Problem
+    # windows as long as their start states can be found with a nearly right model, where two good
+    # explanations part; None where no longer ones can
     longer: Problem | None
-    blocks: Blocks
+    blocks: Blocks  # time blocks of both; the unit of hold-out and of the bootstrap
 
     def before(self, until: float) -> Posed:
         """The problem whose fits end then at the latest [s of `time.monotonic`]."""
@@ -131,7 +128,8 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
     """The problem with the longest integration step that its noise cannot tell from a finer one.
 
     The step is halved, at most to the robot's own, until that changes the predictions of all
-    windows, of which the problem has `share`, by less than `finer_nats`.
+    windows, of which the problem has `share`, by less than `finer_nats`. Sensitivities need less:
+    what a step is off by is nearly the same with and without a small change.
     """
     longest, own = problem.numerics.longest_step, problem.base.integration_step
     if longest <= own or not problem.windows.count:
@@ -183,7 +181,7 @@ def _stepped(problem: Problem, at: Point, step: float) -> Linear:
 
 
 def _apart(rough: Linear, fine: Linear) -> float:
-    """The largest share by which sensitivities, to starts and each parameter, mostly differ."""
+    """The largest share by which sensitivities to starts and parameters differ in most windows."""
     shares = [_share(rough.by_start, fine.by_start)]
     shares += [
         _share(rough.by_theta[..., i : i + 1], fine.by_theta[..., i : i + 1])
@@ -230,8 +228,7 @@ def _problem(
 ) -> Problem:
     used = blocks.train(windows) | blocks.held(windows)
     whole = np.flatnonzero(used | blocks.telling(windows) if blocks.own else used)
-    if len(whole) > (most := settings.numerics.most_windows):
-        whole = whole[np.linspace(0, len(whole) - 1, most).astype(int)]
+    whole = whole[evenly(len(whole), settings.numerics.most_windows)]
     windows = windows.take(whole)
     return Problem(
         model,

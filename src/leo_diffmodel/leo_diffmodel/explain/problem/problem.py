@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.pushes import own, predict
-from leo_diffmodel.compare.windows import per_window, Windows
+from leo_diffmodel.compare.windows import evenly, per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import typical_size
 from leo_diffmodel.explain.problem.shooting import Linear, linearise, whiten
@@ -22,19 +22,13 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Linearisation:
-    """The windows of one hypothesis, linearised about the start states that fit them best.
+    """The windows of one hypothesis, linearised about the start states that fit them best."""
 
-    Attributes:
-        start: start states that fit them best, shape (W, 2J).
-        by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
-        loss: what is left of each window there [nats], shape (W,).
-        finer: what a finer integration would add to the predictions, shape (W, K+1, 2J); it is
-            taken off the measurements of the settled windows.
-    """
-
-    start: Array
-    by_start: Array
-    loss: Array
+    start: Array  # start states that fit them best, shape (W, 2J)
+    by_start: Array  # sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J)
+    loss: Array  # what is left of each window there [nats], shape (W,)
+    # what a finer integration would add to the predictions, shape (W, K+1, 2J); it is taken off
+    # the measurements of the settled windows
     finer: Array
 
     def take(self, index: Array) -> Linearisation:
@@ -43,42 +37,32 @@ class Linearisation:
 
 @dataclass(frozen=True)
 class Problem:
-    """What every hypothesis is judged on.
+    """What every hypothesis is judged on."""
 
-    Attributes:
-        base: the model as it stands, the counts of servos left out, see `pose.uncounted`.
-        windows: the data, training and held-out.
-        sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
-        train: which windows a fit may see, shape (W,).
-        settings: every number by which it is answered.
-        linearisation: of a robot on the ground, the settled start states and what they do.
-        block: stretch of time each window lies in, shape (W,): within one, errors are alike.
-        fold: what is left out together when a prediction is judged, shape (W,).
-        telling: windows of held-out recordings that the constants these have of their own are
-            fitted to, and that are not judged, shape (W,); None where there are none.
-        typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
-            `likelihood.loss`; None before one was fitted.
-        rough_step: integration step with which sensitivities are found [s]; None is the model's.
-        until: when its fits end wherever they are [s of `time.monotonic`].
-        drift: noise that the measured inputs add to each sample of a window, (R, K+1, 2J), see
-            `noise.of_inputs`; None where they are exact.
-        unseen: what was not measured in each recording but differentiated, shape (R, 2J); None
-            where all was. It says nothing that the angles do not, and is smoother than the robot.
-    """
-
-    base: Model
-    windows: Windows
-    sigma: Array
-    train: Array
-    settings: Settings
+    base: Model  # the model as it stands, the counts of servos left out, see `pose.uncounted`
+    windows: Windows  # the data, training and held-out
+    sigma: Array  # noise of each recording and channel (angles, then rates), shape (R, 2J)
+    train: Array  # which windows a fit may see, shape (W,)
+    settings: Settings  # every number by which it is answered
+    # of a robot on the ground, the settled start states and what they do
     linearisation: Linearisation | None = None
+    # stretch of time each window lies in, shape (W,): within one, errors are alike
     block: Array | None = None
-    fold: Array | None = None
+    fold: Array | None = None  # what is left out together when a prediction is judged, shape (W,)
+    # windows of held-out recordings that the constants these have of their own are fitted to, and
+    # that are not judged, shape (W,); None where there are none
     telling: Array | None = None
+    # size of what a hypothesis is off by in most windows [noise], (1, 2J), see `likelihood.loss`;
+    # None before one was fitted
     typical: Array | None = None
+    # integration step with which sensitivities are found [s]; None is the model's
     rough_step: float | None = None
-    until: float = np.inf
+    until: float = np.inf  # when its fits end wherever they are [s of `time.monotonic`]
+    # noise that the measured inputs add to each sample of a window, (R, K+1, 2J), see
+    # `noise.of_inputs`; None where they are exact
     drift: Array | None = None
+    # what was not measured in each recording but differentiated, shape (R, 2J); None where all
+    # was. It says nothing that the angles do not, and is smoother than the robot
     unseen: Array | None = None
 
     def late(self) -> bool:
@@ -109,7 +93,7 @@ class Problem:
     def some_trained(self, most: int) -> Array:
         """Numbers of `most` training windows, evenly chosen; of all where there are no more."""
         train = np.flatnonzero(self.train)
-        return train[np.linspace(0, len(train) - 1, min(most, len(train))).astype(int)]
+        return train[evenly(len(train), most)]
 
     @property
     def trained(self) -> tuple[str, ...]:

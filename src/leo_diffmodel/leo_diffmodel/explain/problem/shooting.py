@@ -28,17 +28,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Linear:
-    """A hypothesis linearised at one point, in units of the measurement noise.
+    """A hypothesis linearised at one point, in units of the measurement noise."""
 
-    Attributes:
-        residual: (measured - predicted) / sigma, shape (W, N), N = (K+1) 2J.
-        by_start: its sensitivity to the window's start state, shape (W, N, 2J).
-        by_theta: its sensitivity to the parameters, shape (W, N, P).
-    """
-
-    residual: Array
-    by_start: Array
-    by_theta: Array
+    residual: Array  # (measured - predicted) / sigma, shape (W, N), N = (K+1) 2J
+    by_start: Array  # its sensitivity to the window's start state, shape (W, N, 2J)
+    by_theta: Array  # its sensitivity to the parameters, shape (W, N, P)
 
 
 def sensitivities(model: Model, windows: Windows, start: Array) -> tuple[Array, Array]:

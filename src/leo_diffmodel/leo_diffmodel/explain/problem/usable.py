@@ -28,21 +28,13 @@ COLUMNS = 'look at columns, units and signs of the inputs'
 
 @dataclass(frozen=True)
 class Logged:
-    """Recordings as far as they can be believed.
+    """Recordings as far as they can be believed."""
 
-    Attributes:
-        recordings: to learn from, mended where that was asked for.
-        hold_out: what no fit may see, mended alike.
-        each: what was found in each of them.
-        faults: the same in all of them, errors first.
-        mended: those that were undone.
-    """
-
-    recordings: Sequence[Recording]
-    hold_out: Sequence[Recording]
-    each: tuple[Found, ...] = ()
-    faults: tuple[Found, ...] = ()
-    mended: tuple[Found, ...] = ()
+    recordings: Sequence[Recording]  # to learn from, mended where that was asked for
+    hold_out: Sequence[Recording]  # what no fit may see, mended alike
+    each: tuple[Found, ...] = ()  # what was found in each of them
+    faults: tuple[Found, ...] = ()  # the same in all of them, errors first
+    mended: tuple[Found, ...] = ()  # those that were undone
 
     @classmethod
     def of(
@@ -129,21 +121,14 @@ def _todo(fault: Found) -> str:
 
 @dataclass(frozen=True)
 class Cut:
-    """Recordings without the stretches in which something else moved the robot.
+    """Recordings without the stretches in which something else moved the robot."""
 
-    Attributes:
-        recordings: what to learn from.
-        hold_out: what no fit may see.
-        settings: how many stretches are listed, and what share of them is most.
-        stretches: what was left out of each of all recordings; empty where nothing was.
-        share: of the moving time that is in them, 0 to 1.
-    """
-
-    recordings: Sequence[Recording]
-    hold_out: Sequence[Recording]
-    settings: Settings
+    recordings: Sequence[Recording]  # what to learn from
+    hold_out: Sequence[Recording]  # what no fit may see
+    settings: Settings  # how many stretches are listed, and what share of them is most
+    # what was left out of each of all recordings; empty where nothing was
     stretches: tuple[list[Finding], ...] = ()
-    share: float = 0.0
+    share: float = 0.0  # of the moving time that is in them, 0 to 1
 
     @classmethod
     def of(

@@ -76,7 +76,7 @@ class Sets:
         return [s for s in known if supported(known, s, weight, limit)]
 
     def add(self, sets: Iterable[Estimate]) -> None:
-        """Score fitted sets; of two fits of one set the better is kept, and its parts renewed."""
+        """Score fitted sets; of two fits of one set the better is kept, others begin from it."""
         for at in sets:
             new = replace(score(at), ends=self.estimator.ends(at))
             other = self.known.get(at.names)
@@ -124,8 +124,8 @@ class Sets:
 
     def add_from(self, near: Estimate, candidates: Sequence[Candidate]) -> None:
         """Fit a set from the values of one that has its effects, or wider laws of them."""
-        full, theta, begin = near.fit.hypothesis, near.fit.theta, list[float]()
-        held = full.candidates
+        full, theta = near.fit.hypothesis, near.fit.theta
+        held, begin = full.candidates, []
         for c in candidates:
             law = c if c in held else next(wider for wider in held if widens(wider, c))
             values = full.values(theta, held.index(law))

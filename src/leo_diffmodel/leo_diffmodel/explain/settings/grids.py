@@ -29,7 +29,8 @@ class Grids:
     heavier: float = 5.0
     """Times the heaviest link, or the largest inertia: a payload."""
     places: tuple[float, ...] = (1.0, 2.0)
-    """Where a payload is tried, in times the way to the link's centre: there, and at its end."""
+    """Where a payload is tried first, in times the way from a link's origin to its centre of mass:
+    there, and at the end of a slender link. Set on SAPC's main study and arm payload 986002."""
     lighter: float = 0.95
     """Of a link's mass that may be missing."""
     lag_seconds: float = 0.5

@@ -130,7 +130,7 @@ def joined(
         return Attempt(law, left, base, score(Estimate(posed, linear)))
     made = scored(Estimate(posed, fit(posed.problem, hypothesis, theta, base.start)))
     if law.read:  # what it saves in each fold because its curve was read from that fold, too
-        curve, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
+        curve, number = law.curve.score, np.unique(made.fold, return_inverse=True)[1]
         owed = (curve.fitted - curve.left_out) / np.bincount(number)
         made = replace(made, left=made.left + owed[number])
     return Attempt(law, left, base, made)

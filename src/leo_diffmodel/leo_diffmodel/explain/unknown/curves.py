@@ -88,14 +88,16 @@ def curves(left: Influence, paths: dict[float, Array]) -> list[Curve]:
     for joint in range(len(robot.base_joints), len(robot.joint_names)):
         regression = Regression(left, joint)
         for variable in variables(left, joint):
-            scores = ((c, regressed(regression, variable, c)) for c in CARRIERS[variable.name])
-            found += [Curve(joint, variable, c, 0.0, score) for c, score in scores if score]
+            for carrier in CARRIERS[variable.name]:
+                score = regressed(regression, variable, carrier)
+                if score is not None:
+                    found.append(Curve(joint, variable, carrier, 0.0, score))
             if variable.name == 'time':
                 found.append(_periodic(regression, variable))
         for reach, z in paths.items():  # friction follows the direction of motion over a distance
             path = Variable('path', robot.joint_names[joint], '', z[..., joint], np.array([reach]))
-            score = regression.of(-path.values[..., None, None]).at(0)
-            found.append(Curve(joint, path, 'torque', 0.0, score))
+            by_path = regression.of(-path.values[..., None, None]).at(0)
+            found.append(Curve(joint, path, 'torque', 0.0, by_path))
     return sorted(found, key=lambda c: -c.gain)
 
 

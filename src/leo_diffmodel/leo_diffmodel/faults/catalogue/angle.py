@@ -69,7 +69,7 @@ class GoalAsAngle(Fault):
     costs = 'A robot without mass or friction.'
     todo = 'log the position that the servo reports (observation, not action)'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         q = e.q.copy()
         q[:, j] = e.inputs[:, a]
         return replace(e, q=q)
@@ -88,7 +88,7 @@ class GoalExchanged(Fault):
     confused_with = 'Nothing: no servo knows its goals before they come.'
     costs = 'A servo that runs ahead of its goals, or a hand.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         q, inputs = e.q.copy(), e.inputs.copy()
         q[:, j], inputs[:, a] = e.inputs[:, a], e.q[:, j]
         return replace(e, q=q, inputs=inputs)
@@ -110,7 +110,7 @@ class Frozen(Fault):
     costs = 'Stiction or a blow where there was none.'
     todo = 'mend encoder or bus; leo bag fix leaves these stretches out'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         before = e.t <= e.t[-1] - value
         fastest = int(np.argmax(np.abs(e.dq[:, j]) * before))
         stuck = (e.t >= e.t[fastest]) & (e.t < e.t[fastest] + value)
@@ -131,7 +131,7 @@ class Repeated(Fault):
     costs = 'Noise, and a delay of half the time from fresh sample to fresh sample.'
     todo = 'publish a state when it was measured, stamped then'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         again = np.random.default_rng(0).uniform(size=len(e.t)) < value
         again[0] = False
         fresh = np.maximum.accumulate(np.where(again, 0, np.arange(len(e.t))))

@@ -51,7 +51,7 @@ class InputExchanged(Fault):
     costs = 'A hand at each of them.'
     whole_log = True
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         return replace(e, inputs=np.roll(e.inputs, 1, axis=1))
 
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
@@ -70,7 +70,7 @@ class InputDead(Fault):
     costs = 'A hand, or a motor without strength.'
     todo = 'log what the motor was sent; leo bag fix leaves these stretches out'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         u = e.inputs.copy()
         u[: int(value * len(u)), a] = 0.0
         return replace(e, inputs=u)
@@ -92,7 +92,7 @@ class InputLate(Fault):
     costs = 'Damping, inertia and delays come out wrong together.'
     whole_log = True
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         return with_inputs_late(e, [-value] * e.inputs.shape[1])
 
 
@@ -124,5 +124,5 @@ class TimeStretch(Factor):
     costs = 'Inertia comes out wrong by the square of it.'
     whole_log = True
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         return replace(e, t=e.t * value)

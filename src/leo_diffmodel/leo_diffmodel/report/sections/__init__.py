@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sections of a report, one file and one template each."""
+"""The sections of a report, which have a template each."""

@@ -49,7 +49,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'white': errors['chi2_ratio'] <= most,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
-        'legend': [*models(*MODELS[: 1 + repaired]), ('only noise', palette.FLOOR)],
+        'legend': [*models(*(MODELS if repaired else MODELS[:1])), ('only noise', palette.FLOOR)],
         'correlated': not white.white,
         'strength': number(white.strength, 2),
         'joints': list(zip(names, palette.CANDIDATES, strict=False)) if len(names) > 1 else [],

@@ -39,7 +39,7 @@ def held_out(errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] 
 
     `errors` are those of explain.json, `training` rows of errors on the data that the fits saw.
     """
-    strokes = (BEFORE, AFTER)[: 1 + repaired]
+    strokes = (BEFORE, AFTER) if repaired else (BEFORE,)
     keys = dict(zip(('before', 'after'), models(*strokes), strict=False))
     rows = errors['horizon']
     suffix = ', held out' if training else ''

@@ -62,8 +62,11 @@ def _frame(measured: list[list[Array]]) -> tuple[Array, Array]:
 def _path(lines: list[Array], low: Array, high: Array) -> str:
     """An SVG path in m, y downwards."""
     size = FARTHEST * (high - low)
-    near = [np.clip(points, low - size, high + size) for points in lines]
-    return ''.join('M' + 'L'.join(f'{x:.4g} {-y:.4g}' for x, y in points) for points in near)
+    path = ''
+    for points in lines:
+        near = np.clip(points, low - size, high + size)
+        path += 'M' + 'L'.join(f'{x:.4g} {-y:.4g}' for x, y in near)
+    return path
 
 
 def _ground(slope: float, low: Array, high: Array) -> str:

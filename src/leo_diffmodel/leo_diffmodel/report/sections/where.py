@@ -109,7 +109,8 @@ def _bag(row: Row, bags: list[str]) -> str:
 
 
 def _tip(row: Row, bags: list[str]) -> str:
-    where, words = f' of {bag}' if (bag := _bag(row, bags)) else '', in_print(row, bags)
+    bag, words = _bag(row, bags), in_print(row, bags)
+    where = f' of {bag}' if bag else ''
     return (
         f'{row["joint"]}, {row["variable"]} {bin_in_words(dict(row))}{where}: {_sizes(row)} '
         f'(noise {words["noise"]}), {words["share"]} of the error in '

@@ -134,6 +134,7 @@ class Condition:
     trouble: str = ''
 
     def line(self, buffer: MessageBuffer) -> tuple[bool, str]:
+        """Whether all is well, and what to say."""
         if is_silent(buffer):
             return False, GONE.format(_silence(buffer))
         if buffer.two:

@@ -8,16 +8,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 import subprocess
-import sys
 from tempfile import TemporaryFile
 import time
 from typing import IO
 
 from leo_diffmodel.bags.recorder import free_folder
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.terminal import leo
+from leo_msgs_py.terminal import leo, leo_process
 
-LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
 GRACE = 10.0
 """What a command may take to end [s]."""
 NOWHERE = 'start leo watch with -o DIR to record there'
@@ -56,9 +54,9 @@ class Command:
                 self._process.wait(GRACE)
 
     def _run(self, words: Sequence[str], output: IO | None = None) -> None:
-        """Start it; `output` takes what it prints, without stderr goes to that of this process."""
+        """Start it; `output` takes what it prints; without one stderr alone is shown."""
         self._process = subprocess.Popen(
-            [sys.executable, '-c', LEO, *words, *self._ros_args],
+            leo_process(*words, *self._ros_args),
             stdin=subprocess.DEVNULL,
             stdout=output or subprocess.DEVNULL,
             stderr=output,

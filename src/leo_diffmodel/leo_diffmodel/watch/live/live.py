@@ -127,9 +127,8 @@ class LiveFinder(Finder):
             self._passing, self.words = None, []
 
     def _free(self) -> Path:
-        """A folder that is not there yet, in one that is."""
+        """A folder that is not there yet."""
         if self._folder is not None:
-            self._folder.mkdir(parents=True, exist_ok=True)
             return free_folder(self._folder / SEARCHED)
         self._passing = Path(tempfile.mkdtemp(prefix='leo_watch_'))
         return self._passing / SEARCHED

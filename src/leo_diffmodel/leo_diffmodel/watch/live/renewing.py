@@ -41,7 +41,10 @@ NICE = 10
 
 @dataclass(frozen=True)
 class Share:
-    """One-step errors without and with a difference model: rms, in spreads of the change."""
+    """One-step errors without and with a difference model.
+
+    They are rms over the states, in units of the spread of each state's change.
+    """
 
     version: int
     trained_on: int
@@ -66,7 +69,10 @@ class Sharer:
         self._base = model
 
     def share(self, weights: bytes, recording: Recording) -> Share | None:
-        """The share on a recording; None without weights. UserError: they are no weights."""
+        """The share on a recording; None without weights.
+
+        UserError: they are none, or no step of the recording was driven.
+        """
         if not weights:
             return None
         if weights != self._bytes:
@@ -157,7 +163,10 @@ class Renewing:
         self.frozen = not self.frozen
 
     def look(self, count: int) -> bool:
-        """Take in what is ready, compute again where `count` of messages grew; whether it did."""
+        """Take in what is ready; whether there was. Then compute again where more was measured.
+
+        `count` is the number of messages that have come so far.
+        """
         if taken := self._future is not None and self._future.done():
             self._take()
         idle = self._future is None and not self.frozen

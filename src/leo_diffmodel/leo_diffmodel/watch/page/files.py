@@ -40,15 +40,15 @@ HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
 
 def routes(state: State) -> list[Route]:
     texts = {'numbers.csv': numbers, 'copy.html': copy}
-    found: list[Route] = [
-        (re.escape(f'/{name}'), _Text, {'state': state, 'content': content})
-        for name, content in texts.items()
-    ]
-    drawn = {'view': (view.now, '.png', '.svg'), 'comparison': (view.from_now, '.gif', '.mp4')}
-    drawing = {'state': state, 'one_by_one': asyncio.Lock()}
-    for name, (times, *kinds) in drawn.items():
-        options = {'times': times, **drawing}
-        found += [(re.escape(f'/{name}{kind}'), _Drawing, options) for kind in kinds]
+    drawn = {'view.png': view.now, 'view.svg': view.now}
+    drawn |= {'comparison.gif': view.from_now, 'comparison.mp4': view.from_now}
+    found: list[Route] = []
+    for name, content in texts.items():
+        found.append((re.escape(f'/{name}'), _Text, {'state': state, 'content': content}))
+    one_by_one = asyncio.Lock()
+    for name, times in drawn.items():
+        options = {'state': state, 'times': times, 'one_by_one': one_by_one}
+        found.append((re.escape(f'/{name}'), _Drawing, options))
     return found
 
 

@@ -77,7 +77,8 @@ class SendView:
 
     def __init__(self, next_run: NextRun, live: Live) -> None:
         self._next, self._live = next_run, live
-        orange, red = ({'button_type': kind, 'width': 200} for kind in ('warning', 'danger'))
+        orange = {'button_type': 'warning', 'width': 200}
+        red = {'button_type': 'danger', 'width': 200}
         self._send = button('', 'send', self._pressed, self.refresh, **orange)
         yes = button('Yes, move the robot', 'yes, move', live.send, self.refresh, **red)
         no = button('No', 'no, do not move', live.sending.no, self.refresh, width=80)

@@ -31,10 +31,9 @@ class RobotView:
         speeds = [f'{s:g}' for s in SPEEDS]
         speed = Select(options=speeds, value='1', width=80, title='speed', name='speed')
         self._speed = following(speed, lambda v: state.at_speed(float(v)))
-        time = {'show_value': False, 'title': 'time', 'end': state.player.length}
-        scrub = Slider(
-            value=0, name='scrub', start=0, step=state.player.length / 2000, **time, **WIDE
-        )
+        length = state.player.length
+        time = {'title': 'time', 'show_value': False, 'start': 0, 'end': length}
+        scrub = Slider(value=0, name='scrub', step=length / 2000, **time, **WIDE)
         self._scrub = following(scrub, self._scrubbed)
         episodes = [e for r in state.scene.recordings for e in r.episodes]
         longest = min(LONGEST, 0.5 * max(float(e.t[-1] - e.t[0]) for e in episodes))

@@ -107,7 +107,8 @@ def test_every_hypothesis_has_a_status_in_words():
 
 
 def test_what_could_not_be_tested_is_told_once_for_each_reason():
-    why = {'ax': 'no swing', 'bx': 'no swing', 'ay': 'no swing', 'cx': 'too slow'}
+    why = {('a', 'x'): 'no swing', ('b', 'x'): 'no swing', ('a', 'y'): 'no swing'}
+    why[('c', 'x')] = 'too slow'
     rows = [{'name': n, 'where': w, 'why': y} for (n, w), y in why.items()]
     first, second = decided.untested(rows).values['rows']
     both = [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}]

@@ -74,10 +74,8 @@ def test_states_of_other_joints_are_refused_with_their_names(buffer):
 def test_silence_comes_before_all_else_and_then_what_the_robot_says(monkeypatch):
     now = 100.0
     monkeypatch.setattr(module, 'time', SimpleNamespace(monotonic=lambda: now))
-    buffer, condition = (
-        MessageBuffer(10.0),
-        Condition(e_stopped=True, message='e-stop: 0 V', level=2),
-    )
+    buffer = MessageBuffer(10.0)
+    condition = Condition(e_stopped=True, message='e-stop: 0 V', level=2)
     buffer.last_state = now
     assert condition.line(buffer) == (False, 'e-stop: 0 V')
     buffer.last_state -= SILENT + 1.5

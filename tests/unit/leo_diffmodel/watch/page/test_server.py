@@ -9,7 +9,6 @@ import re
 import signal
 import socket
 import subprocess
-import sys
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
@@ -17,6 +16,7 @@ from bokeh.client import pull_session
 import numpy as np
 from PIL import Image
 import pytest
+from tests.commands import LEO
 from tests.page import Links, read
 from tests.patience import PATIENCE, until
 from tests.simulate import bag, record, TORQUE
@@ -29,7 +29,6 @@ from leo_diffmodel.watch.page.server import HERE
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 
-LEO = Path(sys.executable).with_name('leo')
 EFFECT = 'coulomb_friction:pivot'
 MODEL = ['--model', 'torque_pendulum', '--no-browser', '--json']
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 
-from leo_diffmodel.bags.mend import average
+from leo_diffmodel.bags.held import average
 
 stamps = st.lists(st.integers(0, 200), min_size=1, max_size=30, unique=True).map(sorted)
 
