@@ -208,6 +208,16 @@ def test_what_all_resamples_hold_is_sure():
     assert {rule.about for rule in rules} == {LABELS[0]} and rules[2].limit == 0.9
 
 
+def test_a_value_at_its_limit_is_not_sure():
+    made = findings()
+    part = made.effects[0]
+    (parameter,) = part.candidate.parameters
+    narrow = replace(part.candidate, parameters=(replace(parameter, high=0.1),))
+    fit = replace(part.fit, hypothesis=Hypothesis((narrow, *CHOSEN[1:])))
+    told = doubts(made, replace(part, candidate=narrow, fit=fit))
+    assert told == ['at the limit of what is plausible']
+
+
 def test_what_too_few_resamples_hold_is_not_and_what_they_choose_instead_is_said():
     others = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
     made = findings(0.7, instead=others)
