@@ -3,8 +3,7 @@
 
 from leo_msgs_py.terminal import visible
 
-LONGEST = 120
-"""Of what a library says, within a message."""
+LONGEST = 120  # of what a library says, within a message
 
 
 class UserError(Exception):

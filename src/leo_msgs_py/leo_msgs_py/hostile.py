@@ -25,8 +25,7 @@ LARGEST = 2000
 period's work. rclpy takes seconds for 10^5 names, and the node's loop waits for it."""
 
 RCLError = rclpy_implementation.RCLError
-UNREADABLE = (RCLError, ValueError, MemoryError)
-"""What rclpy raises about something that arrived."""
+UNREADABLE = (RCLError, ValueError, MemoryError)  # what rclpy raises about something that arrived
 
 _SERVICES = (
     srv.DescribeParameters,
@@ -37,8 +36,7 @@ _SERVICES = (
     srv.SetParametersAtomically,
     GetTypeDescription,
 )
-_QUIET = 1.0
-"""Time between two complaints [s]."""
+_QUIET = 1.0  # time between two complaints [s]
 
 Callback = Callable[[Any, Any], Any]
 

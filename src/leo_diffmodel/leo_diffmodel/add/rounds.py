@@ -12,8 +12,7 @@ from leo_sim.model import Model
 
 MOST_ROUNDS = 4
 LEAST_SECONDS = 1.0
-SURE = ('named', 'partly')
-"""Verdicts of which every effect is sure."""
+SURE = ('named', 'partly')  # verdicts of which every effect is sure
 Ask = Callable[[Model, float], Explanation]
 
 

@@ -90,7 +90,7 @@ class Compare:
     """Share of the windows that must be long enough for an error that far ahead."""
     headline: float = 0.5  # how far ahead an answer gives its error [s]
     headline_on_ground: float = 0.3  # the same on the ground, where a window is hardly longer [s]
-    nearly: float = 0.95  # A window so long, as a share, still reaches that
+    nearly: float = 0.95  # a window so long, as a share, still reaches that
 
     # Missing torque
     torque_intervals: int = 5  # of a window in which the torque is constant

@@ -44,7 +44,7 @@ class Limits:
     tried_seconds: float = 6.0
     """A scripted motion is simulated so long [s], and its evidence grown to its length."""
 
-    # A run before it is sent
+    # a run before it is sent
     touch: float = 1e-3  # rad or m: a joint so near to its stop is at it
     clear: float = 0.02
     """rad or m: one so far from it has left it; one that lies there may be measured off it."""

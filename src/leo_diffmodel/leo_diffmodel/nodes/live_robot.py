@@ -15,10 +15,8 @@ from leo_diffmodel.watch.live.buffer import Condition, MessageBuffer
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, listen, served_apart
 
-LOOK = 0.1
-"""Longest time between two looks at what came [s]."""
-ROBOT = 'robot'
-"""How a robot node is called."""
+LOOK = 0.1  # longest time between two looks at what came [s]
+ROBOT = 'robot'  # how a robot node is called
 UNHEARD = 'no {} service answers: stop the robot at its own switch'
 
 

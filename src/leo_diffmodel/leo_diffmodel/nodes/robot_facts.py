@@ -16,8 +16,7 @@ from leo_msgs_py.errors import UserError
 FACTS = ('robot', 'start', 'noise', 'seed', 'realtime_factor')
 """Parameters of the robot node that belong into a bag; hidden effects are no parameter of it."""
 
-PATIENCE = 4
-"""Polls without an answer after which a request is given up."""
+PATIENCE = 4  # polls without an answer after which a request is given up
 
 
 class RobotFacts:

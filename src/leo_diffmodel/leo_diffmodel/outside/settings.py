@@ -124,7 +124,7 @@ class Limits:
     rate_huber: float = 2.0  # standard deviations from which on a stretch counts less
     rate_clear: float = 10.0
     """Times its noise that an integral must have on average: noise makes the scale look small."""
-    rate_late: float = 0.004  # A rate is wrong that is so late [s],
+    rate_late: float = 0.004  # a rate is wrong that is so late [s],
     rate_off: float = 0.03  # so wrongly scaled, or has a zero of so much of what it usually is,
     rate_sigmas: float = 5.0  # and so many standard deviations beyond it
     rate_unlike: float = 0.35

@@ -25,8 +25,7 @@ KINDS = ('.png', '.gif', '.mp4')
 MOST_POSES = 40
 WIDTH, HEAD, FOOT, SIDE = 1600, 54, 62, 24
 TALLEST = 420
-GHOSTS = 3
-"""Earlier poses drawn faintly behind each."""
+GHOSTS = 3  # earlier poses drawn faintly behind each
 
 
 def show(

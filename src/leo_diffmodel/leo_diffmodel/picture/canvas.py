@@ -12,8 +12,7 @@ from .palette import GRID, INK, MUTED, PAPER, TOUCH
 from .stick import Pose, Stick
 
 GROUND = '#eef1f4'
-TICK = 0.1
-"""Distance between the marks on the ground [m]."""
+TICK = 0.1  # distance between the marks on the ground [m]
 
 
 class Canvas:

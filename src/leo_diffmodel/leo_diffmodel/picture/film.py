@@ -17,8 +17,7 @@ from .canvas import Canvas, draw_pose, draw_surroundings, View
 from .palette import INK, MUTED
 from .take import BAR, draw_feet, Take
 
-RATE = 25
-"""Frames per second; a GIF counts in hundredths of a second."""
+RATE = 25  # frames per second; a GIF counts in hundredths of a second
 
 WIDTH, HEIGHT, HEAD, SIDE = 720, 400, 44, 20
 COLOURS = 96

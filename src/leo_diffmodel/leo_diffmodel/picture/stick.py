@@ -15,15 +15,11 @@ from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import origin
 from leo_sim.kinematics.frames import Kinematics
 
-TOUCHING = 0.002
-"""A contact this near to the ground [m] is drawn as touching."""
-VIEWS = {1: (0, 2), 0: (1, 2), 2: (0, 1)}
-"""Axis most hinges turn about -> the two axes one sees."""
+TOUCHING = 0.002  # a contact this near to the ground [m] is drawn as touching
+VIEWS = {1: (0, 2), 0: (1, 2), 2: (0, 1)}  # axis most hinges turn about -> the two axes one sees
 TURNING = ('revolute', 'continuous')
-SHORT = 1e-3
-"""Lines this short are left out [m]."""
-ROUND = 24
-"""Points on a circle."""
+SHORT = 1e-3  # lines this short are left out [m]
+ROUND = 24  # points on a circle
 PLAIN = '#3a4654'
 """Colour of a link whose material says none."""
 

@@ -17,10 +17,8 @@ from .canvas import Canvas
 from .palette import GRID, MUTED, TOUCH
 from .stick import Pose, Stick
 
-MARGIN = 0.06
-"""Free room round the robot, as a share of its size."""
-BAR = 20
-"""Height of a foot's row [px]."""
+MARGIN = 0.06  # free room round the robot, as a share of its size
+BAR = 20  # height of a foot's row [px]
 
 
 @dataclass(frozen=True)

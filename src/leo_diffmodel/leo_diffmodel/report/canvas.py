@@ -11,8 +11,7 @@ from bokeh.plotting import figure
 from leo_diffmodel.picture import palette
 
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif'
-HEIGHT, LOW = 290, 230
-"""Of a plot, and of a low one [px]."""
+HEIGHT, LOW = 290, 230  # of a plot, and of a low one [px]
 TOOLS = 'pan,box_zoom,wheel_zoom,reset'
 
 

@@ -19,8 +19,7 @@ UNIT = re.compile(r'\bkg m2|\b(?:N m|N|m|rad) ?s?[23]?/(?:rad|s|m)[23]?\b')
 TENTH_OF_A_PERCENT = 0.0005
 UNDETERMINED = 1e3
 SMALLEST_PLAIN, LARGEST_PLAIN = -3, 4
-LEAST_TORQUE = 1e-12
-"""Less is printed without a prefix [N m]."""
+LEAST_TORQUE = 1e-12  # less is printed without a prefix [N m]
 
 
 def unit(text: str) -> str:

@@ -40,8 +40,7 @@ EXAMPLES = (
     'leo explain bags/payload --model arm --edit-test bags/payload_taken_off -o out/explain',
 )
 SHOWN = 8
-HEADLINE = 200
-"""Characters that a headline may take: two lines of a terminal."""
+HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 
 
 def main(argv: list[str]) -> int:

@@ -30,8 +30,7 @@ EXAMPLES = (
     'leo export repaired.yaml -o arm.xml --check bags/run1   # what leaving things out costs',
 )
 ENDINGS = {format_.ending: name for name, format_ in FORMATS.items()}
-TIMES = 2.0
-"""Errors larger by more are given as multiples, not in percent."""
+TIMES = 2.0  # errors larger by more are given as multiples, not in percent
 ENDLESS = 'without end'
 COLUMNS = {
     'ours': 'this model',

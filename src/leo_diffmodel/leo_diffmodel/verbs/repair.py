@@ -23,8 +23,7 @@ from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model.model_file import model_text
 
-MOST_ACROSS = 6
-"""States that a table shows side by side."""
+MOST_ACROSS = 6  # states that a table shows side by side
 EXAMPLES = (
     'leo repair bags/run1 --model pendulum -o out/repair',
     'leo repair bags/run1 --model pendulum --within 2min --from 3 -o out/repair',

@@ -28,10 +28,8 @@ LIVE_EXAMPLES = (
     'leo watch --live --model pendulum',
     'leo watch --live --model leo -o out/live --ros-args -r __ns:=/left',
 )
-ENOUGH = 6.0
-"""A scene is tried from so much data on [s]."""
-AT_MOST = 30.0
-"""Without a scene after so long, it is said why there is none [s]."""
+ENOUGH = 6.0  # a scene is tried from so much data on [s]
+AT_MOST = 30.0  # without a scene after so long, it is said why there is none [s]
 LOOK_MS = 100
 SLICE = 0.05
 HINT = 'start one, as in: leo run leo_sim robot --ros-args -p robot:=pendulum'

@@ -23,14 +23,10 @@ from leo_diffmodel.watch.worker import Report
 from leo_msgs_py.whole_file import whole
 
 PICTURES = ('.png', '.svg')
-WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24
-"""Of the figure, and what a line of words takes [inch]."""
-FINE, FILM = 150, 75
-"""Dots per inch of a picture and of a film."""
-SAID = 20
-"""Frames between two that are reported."""
-LONG = 300.0
-"""A logarithmic axis over more than this is marked at its decades alone."""
+WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24  # of the figure, and what a line of words takes [inch]
+FINE, FILM = 150, 75  # dots per inch of a picture and of a film
+SAID = 20  # frames between two that are reported
+LONG = 300.0  # a logarithmic axis over more than this is marked at its decades alone
 PLAIN = FuncFormatter(lambda value, _: f'{value:g}')
 DASHED = (0, (4, 2.5))
 STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11, 'parse_math': False}

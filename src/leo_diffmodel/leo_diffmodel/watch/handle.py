@@ -21,10 +21,8 @@ SCANS = (1.0, 41), (0.05, 9), (0.012, 9)
 ON_GROUND = (1.0, 21), (0.1, 7), (0.033, 7)
 """How far each scan goes to each side of the best so far, of a slider, and its points; fewer of a
 robot on the ground."""
-MIDDLE = 0.4
-"""Where on its slider a parameter begins that only shapes an effect."""
-FARTHEST = 1e6
-"""Noise floors; a prediction that runs away is no worse than this."""
+MIDDLE = 0.4  # where on its slider a parameter begins that only shapes an effect
+FARTHEST = 1e6  # noise floors; a prediction that runs away is no worse than this
 
 
 @dataclass(frozen=True)

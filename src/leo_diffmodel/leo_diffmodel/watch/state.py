@@ -22,8 +22,7 @@ from leo_sim.effects import Parameter
 from leo_sim.model import Model
 
 HORIZON = 0.5
-SHORTEST, LONGEST = 0.05, 3.0
-"""Of the horizon that predictions run over [s]."""
+SHORTEST, LONGEST = 0.05, 3.0  # of the horizon that predictions run over [s]
 
 
 class State:

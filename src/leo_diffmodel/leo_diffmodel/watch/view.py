@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 Columns = dict[str, Array]
-DEEPEST = 0.1
-"""Of the floor: errors below, as on data without noise, leave the picture."""
+DEEPEST = 0.1  # of the floor: errors below, as on data without noise, leave the picture
 GHOSTS = (
     ('given', palette.GIVEN, 4, 0.75),
     ('repaired', palette.REPAIRED, 4, 0.75),
@@ -31,14 +30,10 @@ GHOSTS = (
 """The robots as drawn, with the width [px] and the opacity of their lines."""
 MODELS = ('given', palette.GIVEN, 'as given'), ('now', palette.REPAIRED, 'with the switches')
 """Columns of errors, with their strokes and names."""
-ASPECT = 1.35
-"""Width of what is looked at over its height."""
-ROOM = 1.15
-"""Half its height over the reach of the robot."""
-POSES = 100
-"""Of the recordings: how far the robot reaches."""
-FAR = 20.0
-"""Times the reach; what lies beyond is drawn there."""
+ASPECT = 1.35  # width of what is looked at over its height
+ROOM = 1.15  # half its height over the reach of the robot
+POSES = 100  # of the recordings: how far the robot reaches
+FAR = 20.0  # times the reach; what lies beyond is drawn there
 FILM_SECONDS = 4.0
 
 

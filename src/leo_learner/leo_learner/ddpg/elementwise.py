@@ -14,10 +14,8 @@ import numpy as np
 compiled = njit(cache=True, error_model='numpy', fastmath={'contract', 'reassoc'})
 """Sums may be taken in any order, so that several numbers are added at once."""
 ZERO, ONE = np.float32(0), np.float32(1)
-BETA_1, BETA_2, EPSILON = 0.9, 0.999, np.float32(1e-8)
-"""Adam's, as torch has them."""
-NORM_EPSILON = np.float32(1e-5)
-"""Added to a variance by layer norm, as torch has it."""
+BETA_1, BETA_2, EPSILON = 0.9, 0.999, np.float32(1e-8)  # Adam's, as torch has them
+NORM_EPSILON = np.float32(1e-5)  # added to a variance by layer norm, as torch has it
 
 
 @compiled

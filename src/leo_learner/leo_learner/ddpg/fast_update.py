@@ -21,10 +21,8 @@ from torch.nn.utils import parameters_to_vector, vector_to_parameters
 from leo_learner.ddpg import elementwise
 from leo_learner.training.replay import Batch
 
-LARGE = 2**21
-"""Multiplications from which on torch's matrix product is sooner than numpy's."""
-NAMES = 'step', 'exp_avg', 'exp_avg_sq'
-"""What torch.optim.Adam keeps of every parameter."""
+LARGE = 2**21  # multiplications from which on torch's matrix product is sooner than numpy's
+NAMES = 'step', 'exp_avg', 'exp_avg_sq'  # what torch.optim.Adam keeps of every parameter
 
 
 class FastUpdate:

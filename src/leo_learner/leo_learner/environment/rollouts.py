@@ -22,8 +22,7 @@ from leo_sim.kinematics.gait import Gait
 from leo_sim.model import State
 
 Rows = list[tuple[np.ndarray, ...]]
-OUTSIDE = 0.5
-"""A step is outside the data where less than this share of the correction is left."""
+OUTSIDE = 0.5  # a step is outside the data where less than this share of the correction is left
 
 
 class Rollouts(gymnasium.Wrapper):

@@ -12,8 +12,7 @@ from leo_sim.kinematics.gait import Gait
 from leo_sim.model import State
 from leo_sim.task.task import Task
 
-PAST = 0.02
-"""An ankle is past the other once it is this far before it [m]."""
+PAST = 0.02  # an ankle is past the other once it is this far before it [m]
 
 
 @dataclass(frozen=True)

@@ -182,8 +182,7 @@ def _tiles(
     return agent.act
 
 
-AGENTS = {'ddpg': _actor, 'sarsa': _tiles}
-"""How to act as a policy file says, by its agent."""
+AGENTS = {'ddpg': _actor, 'sarsa': _tiles}  # how to act as a policy file says, by its agent
 
 
 def _config(metadata: Mapping[str, str], sequence: str) -> dict[str, Any]:

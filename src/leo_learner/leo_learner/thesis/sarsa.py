@@ -21,8 +21,7 @@ from leo_learner.training.loop import LoopConfig, TrainingLoop
 from leo_learner.training.replay import Transition
 from leo_msgs_py.errors import UserError
 
-FAINT = 1e-3
-"""Traces below this are dropped."""
+FAINT = 1e-3  # traces below this are dropped
 
 
 @dataclass(frozen=True)

@@ -44,8 +44,7 @@ class TrainingLoop(ABC):
     `options={'pose': 'nominal' | 'random'}`.
     """
 
-    agent_name: ClassVar[str]
-    """As `leo learn --agent` and the policy file have it."""
+    agent_name: ClassVar[str]  # as `leo learn --agent` and the policy file have it
     replay: Replay | None = None
 
     def __init__(self, env: gymnasium.Env, config: LoopConfig, seed: int) -> None:
@@ -54,8 +53,7 @@ class TrainingLoop(ABC):
         self.limit: np.ndarray = env.action_space.high
         self.sizes = env.observation_space.shape[0], env.action_space.shape[0]
         self.steps = self.episodes = 0
-        self.tested = -1
-        """Steps after which the policy was last tested."""
+        self.tested = -1  # steps after which the policy was last tested
         self.best_return = -np.inf
         self.stop = False
 

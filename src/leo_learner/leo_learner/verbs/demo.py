@@ -20,10 +20,8 @@ EXAMPLES = """\
   leo demo --hidden-seed 4 -o runs/another_secret
   leo demo --no-data --json
   leo demo --no-browser"""
-DATA = Path('..', 'shared', 'data')
-"""Recorded robots, relative to the folder leo demo runs in."""
-SHIPPED = Path(__file__).resolve().parents[1] / 'quick'
-"""Made by docs/make_quick.py."""
+DATA = Path('..', 'shared', 'data')  # recorded robots, relative to the folder leo demo runs in
+SHIPPED = Path(__file__).resolve().parents[1] / 'quick'  # made by docs/make_quick.py
 ROBOT = 'torque_pendulum'
 
 

@@ -27,8 +27,7 @@ _YAML_FLOAT = re.compile(
 _YAML_INT = re.compile(r'[-+]?(?:0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)$')
 _OURS = ('float', 'int', 'timestamp')
 
-Pairs = list[tuple[str, list[str]]]
-"""Names of topics or services with their types."""
+Pairs = list[tuple[str, list[str]]]  # names of topics or services with their types
 
 
 class Parser(argparse.ArgumentParser):

@@ -35,8 +35,7 @@ from leo_sim.dynamics.window_input import (
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
 
-MOST_BENT = 4
-"""Laws that are asked in every substep; more are left to `substep.integrate`."""
+MOST_BENT = 4  # laws that are asked in every substep; more are left to `substep.integrate`
 LAW = numba.float64(*[numba.float64] * 7)
 
 

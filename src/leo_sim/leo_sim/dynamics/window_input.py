@@ -19,8 +19,7 @@ from leo_sim.dynamics.substep import substeps
 from leo_sim.laws.laws import Laws, Memory
 from leo_sim.laws.sensors import Use
 
-MOST_BEHIND = 3
-"""Laws behind the servos' loops; the catalogue has so many."""
+MOST_BEHIND = 3  # laws behind the servos' loops; the catalogue has so many
 BEHIND = numba.float64(*[numba.float64] * 4)
 
 

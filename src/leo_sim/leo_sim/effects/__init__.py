@@ -30,12 +30,10 @@ __all__ = [
     'registered_effects',
 ]
 
-REQUIRED = ('name', 'family', 'hook', 'parameters')
-"""What the class in a user's file has to say."""
+REQUIRED = ('name', 'family', 'hook', 'parameters')  # what the class in a user's file has to say
 STATES = np.linspace(-1.0, 1.0, 9)[:, None]
 """Angles [rad], rates [rad/s], torques [N m] of one joint for which a user's law is tried."""
-OFF = 1e-9
-"""N m: a law that gives less is off."""
+OFF = 1e-9  # N m: a law that gives less is off
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (

@@ -15,8 +15,7 @@ from leo_sim.effects.parameter import at_joints
 from leo_sim.effects.parameter import Parameter as Parameter
 
 Values = Mapping[str, Any]
-Reading = tuple[Any, Any, Any]
-"""Angles, rates, and the memory of a sensor."""
+Reading = tuple[Any, Any, Any]  # angles, rates, and the memory of a sensor
 HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
 
 

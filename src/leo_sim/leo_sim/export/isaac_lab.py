@@ -15,8 +15,7 @@ from leo_sim.export.figures import Figures, figures, loop_gains, nominal, refuse
 from leo_sim.model.model import Model
 
 USD_NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
-FASTEST = 1000.0
-"""Rate at which PhysX stops a joint, rad/s or m/s: none is meant."""
+FASTEST = 1000.0  # rate at which PhysX stops a joint, rad/s or m/s: none is meant
 MANY = 10.0
 """Limit of a motor's torque in stalls: its supply limits it, and driven backwards it brakes with
 more than a stall."""

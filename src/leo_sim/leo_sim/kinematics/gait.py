@@ -19,8 +19,7 @@ from leo_sim.description.robot import Contact, Robot
 from leo_sim.description.urdf import Joint
 from leo_sim.kinematics.frames import Frame, Kinematics
 
-Place = tuple[str, float, float]
-"""A link, and x and z in its axes, m."""
+Place = tuple[str, float, float]  # a link, and x and z in its axes, m
 
 
 class Plane:

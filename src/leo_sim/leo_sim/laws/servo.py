@@ -15,8 +15,7 @@ from leo_sim.common.broadcasting import Array, Index, Numbers, put, stacked
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.laws.sensors import Sensors, Use
 
-FINEST = 1e-12
-"""Resolution of an encoder that counts nothing, rad."""
+FINEST = 1e-12  # resolution of an encoder that counts nothing, rad
 
 
 class Loop(NamedTuple):

@@ -28,8 +28,7 @@ from leo_sim.model.constants import all_constants, checked_by_recording, chosen
 from leo_sim.model.state import check_possible, check_sizes, outside, start_pose, State
 from leo_sim.references import load_mujoco
 
-MUJOCO_STEP = 0.0005
-"""It integrates implicitly: shorter substeps take longer and change little, s."""
+MUJOCO_STEP = 0.0005  # it integrates implicitly: shorter substeps take longer and change little, s
 
 ENGINES = ('pybullet', 'rigid', 'rk4', 'mujoco')
 

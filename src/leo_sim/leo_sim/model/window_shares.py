@@ -11,8 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-LEAST_INTERVALS = 200
-"""Fewer than these in a share are not worth a thread."""
+LEAST_INTERVALS = 200  # fewer than these in a share are not worth a thread
 
 T = TypeVar('T')
 _alone: list[bool] = []

@@ -40,8 +40,7 @@ class Steps(NamedTuple):
     dt: Array  # s, (K,)
 
 
-Past = tuple[Array, Steps]
-"""Angles, then rates, before each of H intervals, (H, 2 J), and these."""
+Past = tuple[Array, Steps]  # angles, then rates, before each of H intervals, (H, 2 J), and these
 
 
 class World:

@@ -21,8 +21,7 @@ from leo_diffmodel.explain.problem.sizes import Scales
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
-Progress = Callable[..., None]
-"""Is called with what was done, and how many steps that were."""
+Progress = Callable[..., None]  # is called with what was done, and how many steps that were
 
 
 class Steps(NamedTuple):

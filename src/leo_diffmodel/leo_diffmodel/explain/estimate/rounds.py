@@ -27,8 +27,7 @@ from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
 FRICTION = 'friction'
-ORDINARY = ('viscous_friction', 'coulomb_friction')
-"""Losses that every joint has."""
+ORDINARY = ('viscous_friction', 'coulomb_friction')  # losses that every joint has
 
 
 class Rounds:

@@ -49,8 +49,7 @@ def texts(part: type) -> dict[str, str]:
     }
 
 
-SETTINGS = Settings()
-"""As in docs/evidence.md."""
+SETTINGS = Settings()  # as in docs/evidence.md
 ON_GROUND: dict[str, Any] = {
     # contacts begin and end in longer windows
     'search_seconds': 0.1,

@@ -12,10 +12,8 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import percent, quantity
 
-MOST_ACROSS = 6
-"""States that a table shows side by side."""
-NOISE_ALONE = 1.2
-"""Errors up to this many times the noise floor are put down to chance."""
+MOST_ACROSS = 6  # states that a table shows side by side
+NOISE_ALONE = 1.2  # errors up to this many times the noise floor are put down to chance
 WORDS = {'rmse': ('rms', 'mean squared error'), 'median': ('median', 'squared median error')}
 """By the figure that an answer is given in."""
 NO_TABLE: dict[str, Any] = {'rows': []}

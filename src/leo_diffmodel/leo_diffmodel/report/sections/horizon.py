@@ -21,11 +21,9 @@ NOTE = (
 )
 HELD_OUT, PLAIN = ', on data that no fit has seen.', '; nothing was fitted.'
 BELOW_FLOOR = 0.6
-MOST_FIGURES = 6
-"""Where there are more states, their rates are left to the JSON."""
+MOST_FIGURES = 6  # where there are more states, their rates are left to the JSON
 THIN, WIDE = 1.5, 2.5
-LOWEST = 1e-12
-"""From where on the floor is shaded."""
+LOWEST = 1e-12  # from where on the floor is shaded
 Row = Mapping[str, Any]
 Series = dict[str, tuple[list[list[float]], Stroke]]
 """By name the errors of each state at each horizon, and how they are drawn."""

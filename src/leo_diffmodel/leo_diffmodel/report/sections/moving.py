@@ -15,8 +15,7 @@ from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 MODELS = palette.GIVEN, palette.Stroke(palette.AFTER, 'dotdash')
-SLOWER = 4
-"""Times slower than the robot was: a window is a second long."""
+SLOWER = 4  # times slower than the robot was: a window is a second long
 MOST_FRAMES = 100
 FARTHEST = 3.0
 """Of the robot's size about where it was measured; a model that runs away leaves the picture."""

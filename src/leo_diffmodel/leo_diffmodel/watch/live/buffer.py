@@ -18,12 +18,9 @@ from leo_diffmodel.bags.types import JOINT_STATE, STATES, Topic
 from leo_msgs_py.cdr import joints_text
 
 NAME = 'the running robot'
-MOST = 60_000
-"""Messages of a topic that are kept at most, however fast they come."""
-HEADER = 12
-"""Bytes up to the end of a stamp."""
-SILENT = 1.5
-"""A robot from which no state comes for so long has ended, or waits [s]."""
+MOST = 60_000  # messages of a topic that are kept at most, however fast they come
+HEADER = 12  # bytes up to the end of a stamp
+SILENT = 1.5  # a robot from which no state comes for so long has ended, or waits [s]
 GONE = (
     'no state from the robot for {:.0f} s: it ended, waits for a command, or cannot be reached. '
     'What was measured stays; the page goes on when it comes back'
@@ -41,11 +38,9 @@ class MessageBuffer:
         publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 
-    folder = None
-    """No bag is written."""
+    folder = None  # no bag is written
     troubles: tuple[str, ...] = ()
-    strangers = 0
-    """They are named on the page."""
+    strangers = 0  # they are named on the page
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds

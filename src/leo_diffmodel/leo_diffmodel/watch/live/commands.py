@@ -16,14 +16,11 @@ from leo_diffmodel.bags.recorder import free_folder
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo, leo_process
 
-GRACE = 10.0
-"""What a command may take to end [s]."""
+GRACE = 10.0  # what a command may take to end [s]
 NOWHERE = 'start leo watch with -o DIR to record there'
 STARTING = 'the recorder is starting'
-OPEN = 15.0
-"""How long a question waits for its answer [s]."""
-YES = '--yes'
-"""The page has asked; `leo play` need not."""
+OPEN = 15.0  # how long a question waits for its answer [s]
+YES = '--yes'  # the page has asked; `leo play` need not
 TOO_LATE = 'the question has expired: nothing was sent; ask again'
 
 

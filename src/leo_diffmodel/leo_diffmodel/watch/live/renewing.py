@@ -29,14 +29,10 @@ if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
 
 Array = np.ndarray
-PERIOD = 1.0
-"""Least time between two renewals [s]."""
-REST = 3.0
-"""Times as long as a renewal took nothing is computed after it."""
-SLOW = 3.0
-"""Longer between two renewals is said [s]."""
-NICE = 10
-"""How far the computing stands back behind the robot."""
+PERIOD = 1.0  # least time between two renewals [s]
+REST = 3.0  # times as long as a renewal took nothing is computed after it
+SLOW = 3.0  # longer between two renewals is said [s]
+NICE = 10  # how far the computing stands back behind the robot
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,7 @@ from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.worker import Finder
 
 FRAME_MS = 50
-DRAWN_MS = 60
-"""A browser has drawn the curves of a change after so long."""
+DRAWN_MS = 60  # a browser has drawn the curves of a change after so long
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,8 @@ from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import MODELS
 
 FLOOR = ('noise floor', palette.FLOOR)
-HEIGHT, LOW = 340, 210
-"""Of the plots against horizon and over time [px]."""
-NEAR = 0.015
-"""A tap this near to a worst window, as a share of all time, is meant for it."""
+HEIGHT, LOW = 340, 210  # of the plots against horizon and over time [px]
+NEAR = 0.015  # a tap this near to a worst window, as a share of all time, is meant for it
 NOTE = (
     'Rms error over each stretch that is predicted from its measured start. Marked: the worst '
     'with the switches as they are; a tap goes there. Shaded: held out, no value is read from it.'

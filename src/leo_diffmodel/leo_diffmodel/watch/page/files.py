@@ -30,10 +30,8 @@ from leo_diffmodel.watch.worker import News
 
 Times = Callable[[State], ndarray]
 Route = tuple[str, type[RequestHandler], dict[str, Any]]
-POLL = 0.2
-"""Between two looks at how far a drawing is [s]."""
-CHUNK = 1 << 16
-"""Bytes that are sent at once."""
+POLL = 0.2  # between two looks at how far a drawing is [s]
+CHUNK = 1 << 16  # bytes that are sent at once
 HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
 """Of the numbers as CSV: one line a figure, each with its unit."""
 

@@ -32,10 +32,8 @@ from leo_diffmodel.watch.page.next_run import (
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import MODELS, unit
 
-ROOM = 106
-"""For five lines, so that what is below stays where it is [px]."""
-LOOK_MS = 250
-"""How often a tab looks how the robot is."""
+ROOM = 106  # for five lines, so that what is below stays where it is [px]
+LOOK_MS = 250  # how often a tab looks how the robot is
 RECORDED = 'It is recorded into {}.'
 NOT_RECORDED = 'It is not recorded: press Record first to keep what it shows.'
 Array = np.ndarray

@@ -18,10 +18,8 @@ from leo_diffmodel.watch.view import MODELS
 
 ROBOTS = ('measured', palette.MEASURED), *((name, stroke) for _, stroke, name in MODELS)
 WIDE: dict[str, Any] = {'sizing_mode': 'stretch_width'}
-MAIN, SIDE = 400, 400
-"""Least width of what is drawn beside the catalogue, and width of that [px]."""
-PLOT, WORDS = 320, 240
-"""Least widths of a plot, and of sentences, beside another part [px]."""
+MAIN, SIDE = 400, 400  # least width of what is drawn beside the catalogue, and width of that [px]
+PLOT, WORDS = 320, 240  # least widths of a plot, and of sentences, beside another part [px]
 
 TEXT = template('live.css').render()
 CARD = f"""

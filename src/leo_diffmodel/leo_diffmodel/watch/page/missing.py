@@ -30,10 +30,8 @@ Array = np.ndarray
 ROWS, MOST_JOINTS = 6, 3
 HEIGHT = 268
 BAR = 0.3
-ABOVE = 0.38
-"""How far above the middle of its bar a place is named, in rows."""
-FAINT = 0.35
-"""Opacity of what may be chance."""
+ABOVE = 0.38  # how far above the middle of its bar a place is named, in rows
+FAINT = 0.35  # opacity of what may be chance
 NOTE = (
     'The torque that a model lacks, by joint and condition: the share that a place has of its '
     'mean square beyond noise, and its rms there. Pale: no more than chance makes of its time. '

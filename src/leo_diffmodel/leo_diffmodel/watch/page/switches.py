@@ -23,8 +23,7 @@ from leo_sim.effects import Parameter
 
 STEP = 0.001
 EVERYWHERE = 'every place'
-AT_ONCE = 40
-"""Lines that are put on the page together: a browser takes long for those of a walker."""
+AT_ONCE = 40  # lines that are put on the page together: a browser takes long for those of a walker
 NOTE = (
     'A switch begins at the value that suits the data best that is not held out. Behind it: the '
     'held-out error without it → with it, in noise floors.'
