@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every number of explain: few gates, each told what it is, and all of them in force."""
 
+import ast
 from dataclasses import fields
+import inspect
 import json
 
 import pytest
@@ -31,8 +33,19 @@ def test_there_are_few_gates():
 
 @pytest.mark.parametrize('part', PARTS)
 def test_each_number_says_what_it_is(part):
-    told = texts(part)
-    assert list(told) == [f.name for f in fields(part)]
+    lines = [*inspect.getsource(part).splitlines(), '']
+    (table,) = ast.parse('\n'.join(lines)).body
+    numbers = [node for node in table.body if isinstance(node, ast.AnnAssign)]
+    assert len(numbers) == len(fields(part))
+    for number in numbers:
+        above, below = lines[number.lineno - 2], lines[number.end_lineno]
+        said = '  # ' in lines[number.end_lineno - 1] or above.lstrip().startswith('# ')
+        assert said or below.lstrip().startswith('"""'), ast.unparse(number)
+
+
+def test_a_page_can_show_what_each_gate_is():
+    told = texts(Gates)
+    assert list(told) == [f.name for f in fields(Gates)]
     assert all(told.values())
 
 

@@ -39,7 +39,7 @@ class Settings:
 
 
 def texts(part: type) -> dict[str, str]:
-    """The text that stands under each number of one of the three, by its name."""
+    """The text under each number, by its name; `Gates` has one for all."""
     (table,) = ast.parse(inspect.getsource(part)).body
     assert isinstance(table, ast.ClassDef)
     return {
