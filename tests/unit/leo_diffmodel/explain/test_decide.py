@@ -218,6 +218,23 @@ def test_a_value_at_its_limit_is_not_sure():
     assert told == ['at the limit of what is plausible']
 
 
+def test_an_interval_that_holds_no_effect_is_not_sure():
+    made = findings()
+    part = made.effects[0]
+    wide = replace(part.fit, covariance=100.0 * np.eye(len(part.fit.theta)))
+    assert doubts(made, replace(part, fit=wide)) == ['whose interval holds no effect']
+
+
+@pytest.mark.parametrize(('value', 'said'), [(0.7, []), (1.0, ['mass runs onto its limit 1 kg'])])
+def test_a_constant_at_the_end_of_its_range_is_said(value, said):
+    made = findings()
+    mass = SimpleNamespace(label='mass', unit='kg')
+    ranges = {'low': np.array([0.5]), 'high': np.array([1.0])}
+    hypothesis = SimpleNamespace(constants=(mass,), first_constant=0, **ranges)
+    made.final = SimpleNamespace(theta=np.array([value]), hypothesis=hypothesis, certificate=None)
+    assert doubts(made) == said
+
+
 def test_what_too_few_resamples_hold_is_not_and_what_they_choose_instead_is_said():
     others = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
     made = findings(0.7, instead=others)

@@ -82,6 +82,13 @@ def test_a_log_as_given_and_one_without_faults_are_searched_once(asked):
     assert best_reading(Logged((), ()), one, np.inf).log.faults == () and len(asked.searched) == 2
 
 
+@pytest.mark.parametrize(('errors', 'stands'), [(1.9, False), (2.1, True)])
+def test_a_fault_stands_from_two_standard_errors_on(asked, monkeypatch, errors, stands):
+    monkeypatch.setattr(module, 'better', lambda _first, _second: errors)
+    log = Logged((), (), faults=(fault('input_scale'),))
+    assert bool(best_reading(log, asked(1.0, 1.0), np.inf).log.in_the_way) == stands
+
+
 def test_what_torques_show_far_beyond_doubt_is_decided():
     sure, less = (fault('input_scale', LIMITS.decided * k) for k in (1.1, 0.9))
     assert Logged((), (), faults=(sure,)).decided

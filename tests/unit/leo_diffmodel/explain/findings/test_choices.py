@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 from tests.simulate import PENDULUM
 
-from leo_diffmodel.explain.findings.choices import choices
+from leo_diffmodel.explain.findings.choices import choices, other
+from leo_diffmodel.explain.findings.findings import Contender
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_sim.model import Model
@@ -55,3 +56,18 @@ def test_what_is_chosen_in_two_thirds_and_in_a_third(names, in_a_third, kept, fi
 def test_a_narrower_law_is_chosen_instead():
     made = chosen([STRIBECK], ([STRIBECK], 40), ([COULOMB], 20))
     assert made.instead == (('coulomb_friction:pivot', THIRD),)
+
+
+@pytest.mark.parametrize(('ahead', 'said'), [(False, ('bias_torque:pivot', 8.0)), (True, None)])
+def test_another_effect_that_leaves_much_less_speaks_against_the_choice(ahead, said):
+    """Neither nothing nor a set that holds the choice does, whatever they leave."""
+    left = {frozenset({COULOMB}): 10.0, frozenset({BIAS}): 2.0}
+    left |= {frozenset(): 1.0, frozenset({COULOMB, BIAS}): 1.0}
+    sets = [SimpleNamespace(names=names) for names in left]
+    weight = SimpleNamespace(
+        unexplained=lambda s: left[s.names],
+        negligible=lambda _: 1.0,
+        surely_ahead=lambda _chosen, _rival: ahead,
+    )
+    found = SimpleNamespace(weight=weight, chosen=sets[0], sets=sets)
+    assert other(found, Facts(PENDULUM, False)) == (said and Contender(*said))

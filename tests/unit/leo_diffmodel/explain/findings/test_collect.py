@@ -105,6 +105,7 @@ def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monke
     assert wrong.search.chosen is less and wrong.refuted.label == mine
     assert decision(replace(wrong, unknown=None)).verdict != 'named'
     assert judged(surely=1.0, **folds_say_so).refuted is judged(likely=1.0).refuted is None
+    assert judged(fewest_blocks=10**6, **folds_say_so).refuted is None
 
 
 def test_what_did_not_converge_is_not_sure(findings):

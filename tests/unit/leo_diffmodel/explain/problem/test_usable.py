@@ -18,6 +18,7 @@ def test_a_shove_is_cut_out_and_said():
     pushed = record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 4.0, 12.0))
     cut = Cut.of([calm, pushed], [], SETTINGS, model)
     assert [len(found) for found in cut.stretches] == [0, 2] and 0 < cut.share < 0.1
+    assert not cut.mostly
     assert cut.recordings[0] is calm and len(cut.recordings[1].episodes) == 3
     for episode in cut.recordings[1].episodes:
         assert not any(np.any((episode.t > b + 0.02) & (episode.t < b + 0.13)) for b in (4, 12))

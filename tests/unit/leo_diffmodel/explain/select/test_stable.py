@@ -9,8 +9,9 @@ from tests.linear import posed, Regression
 
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.select.sets import Sets
-from leo_diffmodel.explain.select.stable import has, narrowed, part_of, share
+from leo_diffmodel.explain.select import stable
+from leo_diffmodel.explain.select.sets import Sets, supported
+from leo_diffmodel.explain.select.stable import has, narrowed, part_of, resamples, share
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.console import Reporter
 from leo_sim.model import Model
@@ -43,6 +44,30 @@ def test_the_share_is_of_turns_that_hold_all_of_them():
     assert share(turns, [SCALE], lambda a, b: True) == 1.0
 
 
+def rival_laws() -> Sets:
+    """Nothing, the narrower and the wider law, which do the same."""
+    rng = np.random.default_rng(0)
+    column, noise = 2 * rng.standard_normal((40, 20)), rng.standard_normal((40, 20))
+    columns = dict.fromkeys(('stribeck_friction', 'coulomb_friction'), column)
+    estimator = Regression(column + noise, columns, posed(FOLD))
+    sets = Sets(estimator, [ELBOW, STRIBECK], SETTINGS, QUIET)
+    sets.add(estimator.first(Hypothesis(names)) for names in ((), (ELBOW,), (STRIBECK,)))
+    return sets
+
+
+def test_a_wider_law_that_does_no_more_is_not_supported():
+    sets = rival_laws()
+    known = [*sets.known.values()]
+    sure = {s.names for s in known if supported(known, s, sets.weight, sets.threshold)}
+    assert {ELBOW} in sure and {STRIBECK} not in sure
+
+
+def test_a_tenth_of_the_folds_is_left_out_of_each_resample(monkeypatch):
+    monkeypatch.setattr(stable, 'chosen', lambda known, weight, limit: tuple(weight.folds))
+    turns = resamples(rival_laws())
+    assert {len(folds) for folds in turns} == {9} and len(set(turns)) == 10
+
+
 @pytest.mark.parametrize(
     ('wide', 'others', 'answer'),
     [(57, ELBOW, STRIBECK), (42, ELBOW, ELBOW), (40, SPRING, STRIBECK)],
@@ -50,12 +75,7 @@ def test_the_share_is_of_turns_that_hold_all_of_them():
 )
 def test_a_wider_law_gives_way_where_only_the_narrower_one_stays(wide, others, answer):
     """What stays by no law is kept for the doubts."""
-    rng = np.random.default_rng(0)
-    column, noise = 2 * rng.standard_normal((40, 20)), rng.standard_normal((40, 20))
-    columns = dict.fromkeys(('stribeck_friction', 'coulomb_friction'), column)
-    estimator = Regression(column + noise, columns, posed(FOLD))
-    sets = Sets(estimator, [ELBOW, STRIBECK], SETTINGS, QUIET)
-    sets.add(estimator.first(Hypothesis(names)) for names in ((), (STRIBECK,)))
-    resamples = [frozenset({STRIBECK})] * wide + [frozenset({others})] * (60 - wide)
-    best = narrowed(sets, sets.known[frozenset({STRIBECK})], resamples, eq)
+    sets = rival_laws()
+    turns = [frozenset({STRIBECK})] * wide + [frozenset({others})] * (60 - wide)
+    best = narrowed(sets, sets.known[frozenset({STRIBECK})], turns, eq)
     assert best.names == {answer}

@@ -19,6 +19,7 @@ from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.select.evidence import score, weigh
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
+from leo_diffmodel.explain.unknown import find as find_module
 from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.explain.unknown.attempt import attempt
 from leo_diffmodel.explain.unknown.curves import curves
@@ -229,3 +230,16 @@ def test_noise_alone_has_no_law(robot, seed):
 def test_a_known_effect_keeps_its_name(robot, effect, parameters):
     placed = place(robot, effect, 'pivot', **parameters)
     assert unknown(robot, placed) is None
+
+
+@pytest.mark.parametrize(
+    ('lead', 'sure', 'leads'), [(9, True, True), (1, True, False), (9, False, False)]
+)
+def test_a_law_must_be_ahead_of_what_is_named_and_supported(monkeypatch, lead, sure, leads):
+    known = {frozenset(names): SimpleNamespace(names=frozenset(names)) for names in ((), 'c')}
+    law = SimpleNamespace(scored=SimpleNamespace(names=frozenset('l')), named=frozenset())
+    weight = {'ordered': list, 'ahead': lambda *_: lead, 'supports': lambda *_: True}
+    monkeypatch.setattr(find_module, 'weigh', lambda *_: SimpleNamespace(**weight))
+    monkeypatch.setattr(find_module, 'supported', lambda *_: sure)
+    found = SimpleNamespace(threshold=5.0, weight=SimpleNamespace(most=1.0, spread=1.0))
+    assert find_module._leading(found, known, {frozenset('l'): law}) == (law if leads else None)
