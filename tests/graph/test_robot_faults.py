@@ -208,7 +208,7 @@ def test_a_read_that_hangs_ends_a_driver_without_halt(rig, tmp_path):
 
 
 def test_an_e_stop_acts_while_a_read_hangs(rig):
-    robot = rig('/stopped', command_timeout=60.0, fault_periods=10000)
+    robot = rig('/stopped', command_timeout=60.0, fault_periods=10**6)
     robot.holds_while_driven(command=1.0)
     assert robot.call(topics.E_STOP).success
     robot.halts_while_held(command=1.0)
