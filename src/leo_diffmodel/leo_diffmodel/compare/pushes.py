@@ -18,8 +18,10 @@ Array = np.ndarray
 SCHEMES = ('search', 'training')  # the coarsest first
 
 
-def predict(model: Model, windows: Windows, start: Array, push: Array | None = None) -> Array:
-    """Sensed states from the start states (..., W, 2J); shape (..., W, K+1, 2J)."""
+def predict(
+    model: Model, windows: Windows, start: Array, push: Array | None = None, near: bool = False
+) -> Array:
+    """Sensed states from the start states (..., W, 2J), shape (..., W, K+1, 2J); `near` as in `rollout`."""
     joints = windows.q.shape[-1]
     q, dq = rollout(
         own(model, windows),
@@ -32,6 +34,7 @@ def predict(model: Model, windows: Windows, start: Array, push: Array | None = N
         push=push,
         start=windows.start,
         held=windows.held,
+        near=near,
     )
     return np.concatenate([q, dq], axis=-1)
 
@@ -46,7 +49,7 @@ def own(model: Model, windows: Windows, instants: bool = False) -> Model:
 
 
 def respond(model: Model, windows: Windows, start: Array, torques: Array) -> tuple[Array, Array]:
-    """Predicted states and their sensitivities, by finite differences in one rollout.
+    """Predicted states and their sensitivities, of one rollout of states near the first.
 
     From start states (W, 2J) and small extra joint torques (B, W, K, J) [N m]: predictions
     (W, K+1, 2J), and columns (W, K+1, 2J, 2J + B) per unit of start state [rad, rad/s], then per
@@ -58,7 +61,7 @@ def respond(model: Model, windows: Windows, start: Array, torques: Array) -> tup
     starts = start + moves
     torque = np.zeros((len(moves), *torques.shape[1:]))
     torque[1 + states :] = torques
-    y = predict(model, windows, starts, torque)
+    y = predict(model, windows, starts, torque, near=True)
     with np.errstate(invalid='ignore'):  # a window may reach infinity; `tame` finds it
         columns = y[1:] - y[0]
     columns[:states] /= COMPARE.state_step

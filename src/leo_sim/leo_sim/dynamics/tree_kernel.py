@@ -60,7 +60,7 @@ def room_for(links: int) -> Any:
 
 
 @compiled_in_place
-def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Any:
+def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Any:
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
@@ -93,7 +93,7 @@ def placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
                 )
         if tree.column[i] >= 0:
             _screwed(tree, i, n, q, frame, screw)
-        _weighed(figures, i, frame, room.weight)
+        weighed(figures, i, frame, room.weight)
 
 
 @compiled_in_place
@@ -112,13 +112,13 @@ def _screwed(tree: Tree, i: int, n: int, q: Array, frame: Array, screw: Array) -
         screw[i, 3], screw[i, 4], screw[i, 5] = x, y, z
     else:
         screw[i, 0], screw[i, 1], screw[i, 2] = x, y, z
-        screw[i, 3], screw[i, 4], screw[i, 5] = _cross(
+        screw[i, 3], screw[i, 4], screw[i, 5] = cross(
             frame[i, 9], frame[i, 10], frame[i, 11], x, y, z
         )
 
 
 @compiled_in_place
-def _weighed(figures: Array, i: int, frame: Array, weight: Array) -> Any:
+def weighed(figures: Array, i: int, frame: Array, weight: Array) -> Any:
     """The inertial figures of link i in the world, of (L, FIGURES) in its own axes."""
     m, cx, cy, cz = figures[i, 0], figures[i, 1], figures[i, 2], figures[i, 3]
     xx, yy, zz = figures[i, 4], figures[i, 5], figures[i, 6]
@@ -143,7 +143,7 @@ def _weighed(figures: Array, i: int, frame: Array, weight: Array) -> Any:
 
 
 @compiled_in_place
-def _momentum(
+def momentum(
     weight: Array, i: int, wx: float, wy: float, wz: float, vx: float, vy: float, vz: float
 ) -> Any:
     """Inertia of row i times a screw: moment and force."""
@@ -183,7 +183,7 @@ def inertia(tree: Tree, room: Room, mass: Array) -> Any:
 def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> Any:
     """Add to mass at joint i and those above it what these feel of a unit acceleration of it."""
     own, j = tree.column[i], i
-    a, b, c, d, e, f = _momentum(
+    a, b, c, d, e, f = momentum(
         whole, i, screw[i, 0], screw[i, 1], screw[i, 2], screw[i, 3], screw[i, 4], screw[i, 5]
     )
     while j >= 0:
@@ -231,10 +231,10 @@ def _moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room:
         speed[i, 3], speed[i, 4], speed[i, 5] = vx, vy, vz
         pull[i, 0], pull[i, 1], pull[i, 2] = tx, ty, tz
         pull[i, 3], pull[i, 4], pull[i, 5] = px, py, pz
-        a, b, c, d, e, f = _momentum(room.weight, i, wx, wy, wz, vx, vy, vz)
-        g, h, j, k, m, o = _momentum(room.weight, i, tx, ty, tz, px, py, pz)
+        a, b, c, d, e, f = momentum(room.weight, i, wx, wy, wz, vx, vy, vz)
+        g, h, j, k, m, o = momentum(room.weight, i, tx, ty, tz, px, py, pz)
         ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
-        lx, ly, lz = _cross(room.weight[i, 10], room.weight[i, 11], room.weight[i, 12], ex, ey, ez)
+        lx, ly, lz = cross(room.weight[i, 10], room.weight[i, 11], room.weight[i, 12], ex, ey, ez)
         force[i, 0] = g + (wy * c - wz * b) + (vy * f - vz * e) - lx
         force[i, 1] = h + (wz * a - wx * c) + (vz * d - vx * f) - ly
         force[i, 2] = j + (wx * b - wy * a) + (vx * e - vy * d) - lz

@@ -48,11 +48,12 @@ def possible(laws: Laws, q: Array, inputs: Array) -> bool:
 
 
 def run(
-    laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float
+    laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float, near: bool = False
 ) -> tuple[Any, Any]:
     """Measured angles and rates at all samples, (K + 1, ..., W, J), under `possible` laws.
 
-    From true angles and rates (..., W, J); no substep takes longer than `longest` s.
+    From true angles and rates (..., W, J); no substep takes longer than `longest` s. `near`: of
+    states (R, W, J) all are near the first of their window, see `window_kernel`.
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
     play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
@@ -67,8 +68,8 @@ def run(
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    each = tree.each(lead)
-    run_states(tree.tree, *tree.world, each, driving, gears, *bent, *loops, angles, rates)
+    given = tree.each(lead), _near(lead, gears.gap) if near else 0
+    run_states(tree.tree, *tree.world, *given, driving, gears, *bent, *loops, angles, rates)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 
@@ -81,6 +82,13 @@ def _sensed(laws: Laws, cut: Pieces, memory: Memory, q: Array, dq: Array) -> tup
     dt = cut.h.reshape(len(cut.h), *(1,) * (q.ndim - 3), -1, 1)
     angles, rates = laws.sensors.readings(q, dq, memory, dt)
     return angles[at], rates[at]
+
+
+def _near(lead: tuple[int, ...], gap: Array) -> int:
+    """How many states follow the first one of their window; none where only some have play."""
+    rows = lead[0] if len(lead) == 2 else 1
+    alike = (gap > 0) == (gap[: lead[-1]] > 0).all(axis=0)
+    return rows - 1 if alike.all() else 0
 
 
 def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:
@@ -102,7 +110,7 @@ def _bent(laws: Laws, axes: tuple[tuple[int, ...], int]) -> tuple[Any, Bent]:
     dry = np.zeros(MOST_BENT, np.int64)
     dry[: len(laws.bent)] = [use.effect.dry for use in laws.bent]
     functions, values, acts = asked(laws.bent, np.arange(axes[1]), MOST_BENT, LAW, _nothing, axes)
-    return functions, Bent(values, acts, dry, int(laws.needs_load))
+    return functions, Bent(values, acts, dry, len(laws.bent), int(laws.needs_load))
 
 
 def _first(laws: Laws, held: Held) -> tuple[Any, ...]:

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One state after the other through its window: compiled for `whole_windows`."""
+"""One state after the other through its window: compiled for `whole_windows`.
+
+Several states may go through a window side by side, the others near the first one. Then its
+inertia serves them all, and what their motions take more is found with its slopes: each costs a
+small part of a motion of its own. Friction, stops, play and laws answer to each as they are.
+"""
 
 from collections import namedtuple
 from typing import Any
@@ -12,22 +17,25 @@ from leo_sim.dynamics.impulses import Contact, swept
 from leo_sim.dynamics.inertia import at, inverted, kicked
 from leo_sim.dynamics.substep import PROBE
 from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, Room, room_for, Tree
+from leo_sim.dynamics.tree_slopes import Slopes, slopes, slopes_for, weighing
 from leo_sim.dynamics.window_input import Bent, Driving, Looped, Play
 
 Work = namedtuple(
     'Work',
     'q dq free mean pull held bias load falling level motor drive rotor gap slip speed none servo'
-    ' h inverse given',
+    ' faster more h inverse back given',
 )
-"""Room for one state: 18 rows (1, J), h (1, 1), the inverse of its inertia, impulses (3, J)."""
+"""Room for R states: 20 fields (R, J), h (1, 1), the inverse of the inertia of the first one and
+what the others need (2, J, J), impulses (R, 3, J)."""
 
 
 @compiled_without_gil
-def work_of(size: int) -> Any:
-    r, h, inverse = np.zeros((18, 1, size)), np.zeros((1, 1)), np.zeros((1, size, size))
-    first = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]
-    second = r[9], r[10], r[11], r[12], r[13], r[14], r[15], r[16], r[17]
-    return Work(*first, *second, h, inverse, np.zeros((3, size)))
+def work_of(rows: int, size: int) -> Any:
+    r, h, inverse = np.zeros((20, rows, size)), np.zeros((1, 1)), np.zeros((1, size, size))
+    first = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9]
+    second = r[10], r[11], r[12], r[13], r[14], r[15], r[16], r[17], r[18], r[19]
+    back = np.zeros((2, size, size))
+    return Work(*first, *second, h, inverse, back, np.zeros((rows, 3, size)))
 
 
 @compiled_without_gil
@@ -36,6 +44,7 @@ def run(
     figures: Array,
     gravity: Array,
     each: int,
+    near: int,
     driving: Driving,
     play: Play,
     laws: Any,
@@ -48,77 +57,107 @@ def run(
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
     Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
+    Of R x W states those W apart go together, R = 1 + `near`.
     Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
     servos' loops are functions of three parameters and the voltage. Bent and looped have their
     parameters and places. The first angles and rates are given.
     """
     states, size = q.shape[1:]
-    room, work = room_for(tree.kind.shape[0]), work_of(size)
-    for n in range(states):
-        s = (n // each) % figures.shape[0]
-        own, down = figures[s], gravity[s]
-        for j in range(size):
-            work.q[0, j], work.dq[0, j] = q[0, n, j], dq[0, n, j]
-            work.gap[0, j] = play.gap[at(play.gap, n), j]
-            work.slip[0, j] = play.slip[at(play.slip, n), j]
-            work.speed[0, j] = play.speed[at(play.speed, n), j]
+    rows, links = 1 + near, tree.kind.shape[0]
+    room, work, tangents = room_for(links), work_of(rows, size), slopes_for(links, size)
+    other, windows = room_for(links if bent.loaded else 0), states // rows
+    for w in range(windows):
+        for r in range(rows):
+            n = r * windows + w
+            for j in range(size):
+                work.q[r, j], work.dq[r, j] = q[0, n, j], dq[0, n, j]
+                work.gap[r, j] = play.gap[at(play.gap, n), j]
+                work.slip[r, j] = play.slip[at(play.slip, n), j]
+                work.speed[r, j] = play.speed[at(play.speed, n), j]
         for k in range(driving.parts.shape[0]):
-            work.h[0, 0] = step = driving.h[k, n]
-            if bent.loaded and driving.first[k]:
-                _loaded(tree, own, down, room, work)
-            if driving.first[k]:
-                _slowed(driving, laws, bent, n, k, work)
-                _slowed_by_loops(looped, behind, n, k, work)
-            for j in range(size):
-                work.q[0, j] += 0.5 * step * work.dq[0, j]
+            work.h[0, 0] = step = driving.h[k, w]
+            for r in range(rows):
+                n = r * windows + w
+                s = (n // each) % figures.shape[0]
+                if bent.loaded and driving.first[k]:
+                    _loaded(tree, figures[s], gravity[s], r, other, work)
+                if driving.first[k]:
+                    _slowed(driving, laws, bent, n, k, r, work)
+                    _slowed_by_loops(looped, behind, n, k, r, work)
+                for j in range(size):
+                    work.q[r, j] += 0.5 * step * work.dq[r, j]
             for _ in range(driving.parts[k]):
-                placed(tree, own, 0, work.q, room)
-                if bent.loaded:
-                    bias_torques(tree, own, down, 0, work.none, room, work.load)
-                _looped(looped, behind, n, k, work)
-                _pulled(driving, laws, bent, n, k, work)
-                _kick(tree, own, down, driving, n, k, room, work)
-            for j in range(size):
-                work.q[0, j] -= 0.5 * step * work.dq[0, j]
-                q[k + 1, n, j], dq[k + 1, n, j] = work.q[0, j], work.dq[0, j]
+                for r in range(rows):
+                    n = r * windows + w
+                    s = (n // each) % figures.shape[0]
+                    if r == 0:
+                        placed(tree, figures[s], 0, work.q, room)
+                    if r == 0 and bent.loaded:
+                        bias_torques(tree, figures[s], gravity[s], 0, work.none, room, work.load)
+                    elif bent.loaded:
+                        _loaded(tree, figures[s], gravity[s], r, other, work)
+                    _looped(looped, behind, n, k, r, work)
+                    _pulled(driving, laws, bent, n, k, r, work)
+                    _geared(driving, n, k, r, work)
+                first = (w // each) % figures.shape[0]
+                own, down = figures[first], gravity[first]
+                _kick(tree, own, down, driving, w, room, work)
+                _impelled(driving, 0, work)
+                if near:
+                    slopes(tree, own, room, 0, work.faster, tangents)
+                    _answers(size, work, tangents)
+                for r in range(1, rows):
+                    n = r * windows + w
+                    s = (n // each) % figures.shape[0]
+                    if s != first:
+                        more = gravity[s] - down
+                        weighing(tree, own, figures[s], more, room, tangents, r, work.more)
+                    _follow(driving, w, n, r, tangents, work)
+                    _impelled(driving, r, work)
+                _drift(work)
+            for r in range(rows):
+                n = r * windows + w
+                for j in range(size):
+                    work.q[r, j] -= 0.5 * step * work.dq[r, j]
+                    q[k + 1, n, j], dq[k + 1, n, j] = work.q[r, j], work.dq[r, j]
 
 
 @compiled_in_place
-def _loaded(tree: Tree, figures: Array, gravity: float, room: Room, work: Work) -> Any:
+def _loaded(tree: Tree, figures: Array, gravity: float, r: int, room: Room, work: Work) -> Any:
     """Fill the bias of a joint at rest, which is the load with the other sign."""
-    placed(tree, figures, 0, work.q, room)
-    bias_torques(tree, figures, gravity, 0, work.none, room, work.load)
+    placed(tree, figures, r, work.q, room)
+    bias_torques(tree, figures, gravity, r, work.none, room, work.load)
 
 
 @compiled_in_place
-def _slowed(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work) -> Any:
+def _slowed(driving: Driving, laws: Any, bent: Bent, n: int, k: int, r: int, work: Work) -> Any:
     """Fill how the smooth torques fall with the rates, once per sample period."""
     for j in range(work.q.shape[1]):
-        q, dq, load = work.q[0, j], work.dq[0, j], -work.load[0, j]
-        work.falling[0, j] = driving.falling[k, n, j]
-        for b in range(bent.dry.shape[0]):
+        q, dq, load = work.q[r, j], work.dq[r, j], -work.load[r, j]
+        work.falling[r, j] = driving.falling[k, n, j]
+        for b in range(bent.count):
             if bent.acts[b, j] and not bent.dry[b]:
                 a, e, f = bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2]
                 here = laws[b](a, e, f, q, dq, 0.0, load)
                 there = laws[b](a, e, f, q, dq + PROBE, 0.0, load)
-                work.falling[0, j] += (here - there) / PROBE
+                work.falling[r, j] += (here - there) / PROBE
 
 
 @compiled_in_place
-def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work) -> Any:
+def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, r: int, work: Work) -> Any:
     """Fill the driving torques, with dry friction and without, and its level."""
     row = at(driving.level, n)
     for j in range(work.q.shape[1]):
-        q, dq, load = work.q[0, j], work.dq[0, j], -work.load[0, j]
-        pull = driving.torque[k, n, j] - driving.falling[k, n, j] * dq + work.servo[0, j]
+        q, dq, load = work.q[r, j], work.dq[r, j], -work.load[r, j]
+        pull = driving.torque[k, n, j] - driving.falling[k, n, j] * dq + work.servo[r, j]
         level, motor = driving.level[row, j], 0.0
-        if bent.loaded or work.gap[0, j] > 0.0:
-            speed = work.speed[0, j] if work.gap[0, j] > 0.0 else dq
+        if bent.loaded or work.gap[r, j] > 0.0:
+            speed = work.speed[r, j] if work.gap[r, j] > 0.0 else dq
             motor = driving.motor[k, n, j] - driving.motor_falling[k, n, j] * speed
-            motor += work.servo[0, j]
-        if work.gap[0, j] > 0.0:
+            motor += work.servo[r, j]
+        if work.gap[r, j] > 0.0:
             pull -= driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
-        for b in range(bent.dry.shape[0]):
+        for b in range(bent.count):
             if bent.acts[b, j]:
                 a, e, f = bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2]
                 torque = laws[b](a, e, f, q, dq, motor, load)
@@ -126,25 +165,25 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work)
                     level += abs(torque)
                 else:
                     pull += torque
-        work.pull[0, j], work.level[0, j], work.drive[0, j] = pull, level, motor
-        work.held[0, j] = pull - np.sign(dq) * level
+        work.pull[r, j], work.level[r, j], work.drive[r, j] = pull, level, motor
+        work.held[r, j] = pull - np.sign(dq) * level
 
 
 @compiled_in_place
-def _looped(looped: Looped, behind: Any, n: int, k: int, work: Work) -> Any:
+def _looped(looped: Looped, behind: Any, n: int, k: int, r: int, work: Work) -> Any:
     """Fill the torques that the servos' loops ask for."""
     for j in range(work.q.shape[1] if looped.goal.shape[0] else 0):
-        work.servo[0, j] = _answered(looped, behind, n, k, j, work.q[0, j], work.dq[0, j])
+        work.servo[r, j] = _answered(looped, behind, n, k, j, work.q[r, j], work.dq[r, j])
 
 
 @compiled_in_place
-def _slowed_by_loops(looped: Looped, behind: Any, n: int, k: int, work: Work) -> Any:
+def _slowed_by_loops(looped: Looped, behind: Any, n: int, k: int, r: int, work: Work) -> Any:
     """Add how these fall with the rates."""
     for j in range(work.q.shape[1] if looped.goal.shape[0] else 0):
-        q, dq = work.q[0, j], work.dq[0, j]
+        q, dq = work.q[r, j], work.dq[r, j]
         here = _answered(looped, behind, n, k, j, q, dq)
         there = _answered(looped, behind, n, k, j, q, dq + PROBE)
-        work.falling[0, j] += (here - there) / PROBE
+        work.falling[r, j] += (here - there) / PROBE
 
 
 @compiled_in_place
@@ -168,27 +207,33 @@ def _answered(looped: Looped, behind: Any, n: int, k: int, j: int, q: float, dq:
 
 
 @compiled_in_place
+def _geared(driving: Driving, n: int, k: int, r: int, work: Work) -> Any:
+    """Fill the rates of motor sides with play between them and their joints, impulses left out."""
+    rotor, step = at(driving.rotor, n), work.h[0, 0]
+    for j in range(work.q.shape[1]):
+        if work.gap[r, j] > 0.0:
+            falling = driving.motor_falling[k, n, j]
+            work.rotor[r, j] = driving.rotor[rotor, j] + 0.5 * step * falling
+            work.motor[r, j] = work.speed[r, j] + step * work.drive[r, j] / work.rotor[r, j]
+
+
+@compiled_in_place
+def _diagonal(driving: Driving, n: int, r: int, j: int, work: Work) -> Any:
+    """What joint j of a state feels beside the inertia of the links, kg m2."""
+    falling = 0.5 * work.h[0, 0] * work.falling[r, j]
+    behind = work.rotor[r, j] if work.gap[r, j] > 0.0 else 0.0
+    return driving.rotor[at(driving.rotor, n), j] + falling - behind
+
+
+@compiled_in_place
 def _kick(
-    tree: Tree,
-    figures: Array,
-    gravity: float,
-    driving: Driving,
-    n: int,
-    k: int,
-    room: Room,
-    work: Work,
+    tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, room: Room, work: Work
 ) -> Any:
-    """Kick the rates of a state whose links are placed, and drift its angles by one substep."""
+    """Fill the rates that the first state is kicked to without impulses."""
     size, step, answer = work.q.shape[1], work.h[0, 0], work.inverse[0]
-    rotor = at(driving.rotor, n)
     inertia(tree, room, answer)
     for j in range(size):
-        answer[j, j] += driving.rotor[rotor, j] + 0.5 * step * work.falling[0, j]
-        if work.gap[0, j] > 0.0:
-            falling = driving.motor_falling[k, n, j]
-            work.rotor[0, j] = driving.rotor[rotor, j] + 0.5 * step * falling
-            work.motor[0, j] = work.speed[0, j] + step * work.drive[0, j] / work.rotor[0, j]
-            answer[j, j] -= work.rotor[0, j]
+        answer[j, j] += _diagonal(driving, n, 0, j, work)
     inverted(size, 0, answer)
     bias_torques(tree, figures, gravity, 0, work.dq, room, work.bias)
     if size > 1:
@@ -197,13 +242,83 @@ def _kick(
     kicked(0, answer, work.pull, work.bias, work.dq, step, work.free)
     for kind in range(3):
         for j in range(size):
-            work.given[kind, j] = 0.0
+            work.given[0, kind, j] = 0.0
+
+
+@compiled_in_place
+def _answers(size: int, work: Work, tangents: Slopes) -> Any:
+    """Fill what rates a substep makes of torques, and less of those that the mean rates feel."""
+    step, inverse, back = work.h[0, 0], work.inverse[0], work.back
+    for i in range(size):
+        for j in range(size):
+            back[1, i, j] = 0.0
+            for k in range(size):
+                back[1, i, j] += 0.5 * step * tangents.by_rate[i, k] * inverse[k, j]
+    for i in range(size):
+        for j in range(size):
+            back[0, i, j] = 0.0
+            for k in range(size):
+                back[0, i, j] += step * inverse[i, k] * back[1, k, j]
+
+
+@compiled_in_place
+def _follow(driving: Driving, first: int, n: int, r: int, tangents: Slopes, work: Work) -> Any:
+    """Fill the rates of a state near the first one, with the impulses of that.
+
+    Equations of motion linear in what the two differ by, at the acceleration of the first.
+    """
+    size, step, inverse, back = work.q.shape[1], work.h[0, 0], work.inverse, work.back
+    by_angle, by_rate = tangents.by_angle, tangents.by_rate
+    for i in range(size):
+        apart = _diagonal(driving, n, r, i, work) - _diagonal(driving, first, 0, i, work)
+        more = work.more[r, i] + apart * work.faster[0, i]
+        for j in range(size):
+            more += by_angle[i, j] * (work.q[r, j] - work.q[0, j])
+            more += by_rate[i, j] * (work.dq[r, j] - work.dq[0, j])
+        work.mean[r, i] = work.held[r, i] - work.held[0, i] - more
+        work.bias[r, i] = step * (work.pull[r, i] - work.pull[0, i] - more) + _taken_over(
+            r, i, work
+        )
+    for i in range(size):
+        rate = work.dq[r, i] + work.free[0, i] - work.dq[0, i]
+        for j in range(size):
+            rate += inverse[0, i, j] * work.bias[r, j] - back[0, i, j] * work.mean[r, j]
+        work.free[r, i] = rate
+
+
+@compiled_in_place
+def _taken_over(r: int, j: int, work: Work) -> Any:
+    """Give a state the impulses of the first one; what its friction gives more.
+
+    Friction that slides gives in proportion to its level, and is right at once.
+    """
+    given, was = work.given, work.given[0, 0, j]
+    share = work.level[r, j] / work.level[0, j] if work.level[0, j] > 0.0 else 0.0
+    given[r, 0, j], given[r, 1, j], given[r, 2, j] = share * was, given[0, 1, j], given[0, 2, j]
+    if work.gap[r, j] > 0.0:
+        work.motor[r, j] -= given[r, 2, j] / work.rotor[r, j]
+    return given[r, 0, j] - was
+
+
+@compiled_in_place
+def _impelled(driving: Driving, r: int, work: Work) -> Any:
+    """Add the impulses to the rates of a state, and fill its acceleration with them."""
     contact = Contact(
         work.level, driving.low, driving.high, work.gap, work.rotor, work.slip, work.q, work.dq
     )
-    swept(0, work.free, work.motor, work.inverse, work.h, contact, work.given)
-    for j in range(size):
-        work.dq[0, j] = work.free[0, j]
-        work.speed[0, j] = work.motor[0, j] if work.gap[0, j] > 0.0 else work.free[0, j]
-        work.slip[0, j] += step * (work.speed[0, j] - work.free[0, j])
-        work.q[0, j] += step * work.free[0, j]
+    swept(r, work.free, work.motor, work.inverse, work.h, contact, work.given[r])
+    for j in range(work.q.shape[1]):
+        step = max(work.h[0, 0], 1e-12)
+        work.faster[r, j] = (work.free[r, j] - work.dq[r, j]) / step
+
+
+@compiled_in_place
+def _drift(work: Work) -> Any:
+    """Give all states their new rates, and drift their angles by one substep."""
+    step = work.h[0, 0]
+    for r in range(work.q.shape[0]):
+        for j in range(work.q.shape[1]):
+            work.dq[r, j] = rate = work.free[r, j]
+            work.speed[r, j] = work.motor[r, j] if work.gap[r, j] > 0.0 else rate
+            work.slip[r, j] += step * (work.speed[r, j] - rate)
+            work.q[r, j] += step * rate

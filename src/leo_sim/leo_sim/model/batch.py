@@ -36,6 +36,7 @@ def rollout(
     push: Array | None = None,
     start: ArrayLike = 0.0,
     held: ArrayLike | None = None,
+    near: bool = False,
 ) -> tuple[Any, Any]:
     """Measured angles and rates along open-loop windows.
 
@@ -53,6 +54,8 @@ def rollout(
         push: Extra torque on the links held over each interval, N m, (..., W, K, J).
         start: Time from the start of the run to the start of each window s, (W,), or a float.
         held: Windows in which the base does not move, booleans (W,); None where the model says.
+        near: The states of a window differ little, as for a derivative: where whole windows are
+            compiled, all but the first are found by what is linear about that, and sooner.
 
     Returns:
         q and dq of the measured state, (..., W, K + 1, J); (S, W, K + 1, J) for a scan.
@@ -65,7 +68,7 @@ def rollout(
     still = _held(model, held, inputs.shape[-3])
     batch = Batch(q, dq, inputs, periods, enabled, past, push, begun, still)
     if not model.robot.contacts:
-        return _rolled(model, batch)
+        return _rolled(model, batch, near)
     parts = shares(lambda part: _rolled(model, part), batch)
     angles, rates = zip(*parts, strict=True)
     return np.concatenate(angles, axis=-3), np.concatenate(rates, axis=-3)
@@ -80,7 +83,7 @@ def _held(model: Model, held: ArrayLike | None, count: int) -> Any:
 
 
 @np.errstate(all='ignore')
-def _rolled(model: Model, batch: Batch) -> tuple[Any, Any]:
+def _rolled(model: Model, batch: Batch, near: bool = False) -> tuple[Any, Any]:
     history, inputs, periods, push = batch.history, batch.inputs, batch.periods, batch.push
     laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
     memory: Memory = {TIME: batch.start[..., None]}
@@ -94,7 +97,8 @@ def _rolled(model: Model, batch: Batch) -> tuple[Any, Any]:
     memory = {**memory, **settled}
     if whole_windows.possible(laws, q, inputs):
         given = Held(inputs, periods, batch.enabled, push, memory)
-        read = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
+        step = model.integration_step
+        read = whole_windows.run(laws, model.spatial, q, dq, given, step, near)
         return np.moveaxis(read[0], 0, -2), np.moveaxis(read[1], 0, -2)
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):

@@ -170,9 +170,12 @@ class Problem:
         known = self.by_start if by_start is None else by_start
         return linearise(self, hypothesis, theta, start, known, errors)
 
-    def residual(self, start: Array, model: Model | None = None) -> Array:
-        """Whitened residual of the model from some start states (..., W, 2J), (..., W, N)."""
-        predicted = predict(model or self.base, self.windows, start)
+    def residual(self, start: Array, model: Model | None = None, near: bool = False) -> Array:
+        """Whitened residual of the model from some start states (..., W, 2J), (..., W, N).
+
+        `near`: those of a window differ little, see `rollout`.
+        """
+        predicted = predict(model or self.base, self.windows, start, near=near)
         return whiten(self.windows, predicted, self.noise, self.numerics.farthest)
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:

@@ -60,7 +60,7 @@ def linearise(
     by_start: Array | None,
     errors: Array | None,
 ) -> Linear:
-    """The residual of a hypothesis, and all finite differences in one batched rollout.
+    """The residual of a hypothesis, and all its derivatives, of one rollout of states that are near.
 
     See `Problem.linearised`. Start states are moved by half their noise, parameters as far as
     `difference_steps` says.
@@ -75,7 +75,7 @@ def linearise(
         starts[1 + i, :, i] += nudge[i]
     for row, some in enumerate(together, 1 + states):
         thetas[row, some] += step[some]
-    e = problem.residual(starts, hypothesis.model(rough, thetas))
+    e = problem.residual(starts, hypothesis.model(rough, thetas), near=True)
     residual = e[0]
     if rough is not problem.base:
         residual = problem.residual(start, hypothesis.model(problem.base, theta))

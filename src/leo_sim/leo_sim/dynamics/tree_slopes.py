@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How the torques that a motion of a tree takes change with its angles, rates and masses, compiled.
+
+Derivatives of recursive Newton-Euler in closed form (Singh, Russell and Wensing, Efficient
+Analytical Derivatives of Rigid-Body Dynamics using Spatial Vector Algebra, RA-L 2022), in the
+world axes of `tree_kernel`. There the matrix 2B of a body of inertia J about the origin, first
+moment h, momentum p and velocities w, u is, on a screw (a, b), (T a, -2 p x a) with
+T = 2 w x J - tr(J) w x - 2 (u h' - h u 1).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leo_sim.common.broadcasting import Array
+from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
+from leo_sim.dynamics.tree_kernel import cross, momentum, Room, SCREW, Tree, weighed, WEIGHT
+
+
+class Slopes(NamedTuple):
+    """Room to work in, one row per link, and the slopes."""
+
+    turn: Array  # acceleration of the link with its joints', gravity as -g upwards, (L, SCREW)
+    spin: Array  # first and second derivative of its screw, the joint's own rate aside, (L, SCREW)
+    swing: Array
+    stir: Array  # T, row by row, and p of all that hangs on the link, (L, 12)
+    force: Array  # moment and force that these take, (L, SCREW)
+    weight: Array  # of other inertial figures, see `Room`, (L, WEIGHT)
+    by_angle: Array  # torque at joint i by angle of joint j, N m/rad, (J, J)
+    by_rate: Array  # and by its rate, N m s/rad, (J, J)
+
+
+@compiled_without_gil
+def slopes_for(links: int, joints: int) -> Any:
+    screws, square = np.zeros((5, links, SCREW)), np.zeros((2, joints, joints))
+    stir, weight = np.zeros((links, 12)), np.zeros((links, WEIGHT))
+    spin, swing, force = screws[1], screws[2], screws[3]
+    return Slopes(screws[0], spin, swing, stir, force, weight, square[0], square[1])
+
+
+@compiled_in_place
+def _moved(wx: float, wy: float, wz: float, vx: float, vy: float, vz: float, s: Array, i: int):
+    """A screw times row i of screws: how that changes as it is carried along."""
+    a, b, c = cross(wx, wy, wz, s[i, 0], s[i, 1], s[i, 2])
+    d, e, f = cross(wx, wy, wz, s[i, 3], s[i, 4], s[i, 5])
+    g, h, j = cross(vx, vy, vz, s[i, 0], s[i, 1], s[i, 2])
+    return a, b, c, d + g, e + h, f + j
+
+
+@compiled_in_place
+def needed(weight: Array, i: int, speed: Array, turn: Array, more: float, pulled: Array) -> Any:
+    """Moment and force that the motion of link i takes; gravity is `more` than its own.
+
+    Pulled, row i, are inertial figures with the external force.
+    """
+    wx, wy, wz, vx, vy, vz = (
+        speed[i, 0],
+        speed[i, 1],
+        speed[i, 2],
+        speed[i, 3],
+        speed[i, 4],
+        speed[i, 5],
+    )
+    a, b, c, d, e, f = momentum(weight, i, wx, wy, wz, vx, vy, vz)
+    up = turn[i, 5] + more
+    g, h, j, k, m, o = momentum(
+        weight, i, turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3], turn[i, 4], up
+    )
+    ex, ey, ez = pulled[i, 10], pulled[i, 11], pulled[i, 12]
+    lx, ly, lz = cross(weight[i, 10], weight[i, 11], weight[i, 12], ex, ey, ez)
+    return (
+        g + (wy * c - wz * b) + (vy * f - vz * e) - lx,
+        h + (wz * a - wx * c) + (vz * d - vx * f) - ly,
+        j + (wx * b - wy * a) + (vx * e - vy * d) - lz,
+        k + (wy * f - wz * e) - ex,
+        m + (wz * d - wx * f) - ey,
+        o + (wx * e - wy * d) - ez,
+    )
+
+
+@compiled_in_place
+def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: Slopes) -> Any:
+    """Fill all at the state whose links are placed and moving; row n of `faster` is its ddq."""
+    size = out.by_angle.shape[0]
+    for j in range(size):
+        for k in range(size):
+            out.by_angle[j, k] = out.by_rate[j, k] = 0.0
+    for i in range(tree.kind.shape[0]):
+        _carried(tree, i, room, n, faster, out)
+        _stirred(figures, i, room, out)
+    for i in range(tree.kind.shape[0] - 1, -1, -1):
+        if tree.column[i] >= 0:
+            _joined(tree, i, room, out)
+        above = tree.parent[i]
+        if above >= 0:
+            for k in range(12):
+                out.stir[above, k] += out.stir[i, k]
+            for k in range(6):
+                out.force[above, k] += out.force[i, k]
+        if figures[i, 10] != 0.0 or figures[i, 11] != 0.0 or figures[i, 12] != 0.0:
+            _pulled_on(tree, figures, i, room, out)
+
+
+@compiled_in_place
+def _carried(tree: Tree, i: int, room: Room, n: int, faster: Array, out: Slopes) -> Any:
+    """Fill the acceleration of link i, and how its screw changes with that of its parent."""
+    above, turn, screw = tree.parent[i], out.turn, room.screw
+    wx, wy, wz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(6):
+        turn[i, k] = room.pull[i, k]
+    if above >= 0:
+        for k in range(6):
+            turn[i, k] += turn[above, k] - room.pull[above, k]
+        wx, wy, wz = room.speed[above, 0], room.speed[above, 1], room.speed[above, 2]
+        vx, vy, vz = room.speed[above, 3], room.speed[above, 4], room.speed[above, 5]
+    if tree.column[i] < 0:
+        return
+    p = _moved(wx, wy, wz, vx, vy, vz, screw, i)
+    out.spin[i, 0], out.spin[i, 1], out.spin[i, 2] = p[0], p[1], p[2]
+    out.spin[i, 3], out.spin[i, 4], out.spin[i, 5] = p[3], p[4], p[5]
+    q = _moved(wx, wy, wz, vx, vy, vz, out.spin, i)
+    tx, ty, tz, ux, uy, uz = 0.0, 0.0, 0.0, 0.0, 0.0, room.pull[i, 5]
+    if above >= 0:
+        tx, ty, tz = turn[above, 0], turn[above, 1], turn[above, 2]
+        ux, uy, uz = turn[above, 3], turn[above, 4], turn[above, 5]
+    r = _moved(tx, ty, tz, ux, uy, uz, screw, i)
+    out.swing[i, 0], out.swing[i, 1], out.swing[i, 2] = q[0] + r[0], q[1] + r[1], q[2] + r[2]
+    out.swing[i, 3], out.swing[i, 4], out.swing[i, 5] = q[3] + r[3], q[4] + r[4], q[5] + r[5]
+    for k in range(6):
+        turn[i, k] += screw[i, k] * faster[n, tree.column[i]]
+
+
+@compiled_in_place
+def _stirred(figures: Array, i: int, room: Room, out: Slopes) -> Any:
+    """Fill T, p and the inertial force of link i alone."""
+    w, s, stir = room.weight, room.speed, out.stir
+    wx, wy, wz, ux, uy, uz = s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
+    hx, hy, hz = w[i, 1], w[i, 2], w[i, 3]
+    xx, yy, zz, xy, xz, yz = w[i, 4], w[i, 5], w[i, 6], w[i, 7], w[i, 8], w[i, 9]
+    trace, along = xx + yy + zz, 2.0 * (hx * ux + hy * uy + hz * uz)
+    a, b, c = cross(wx, wy, wz, xx, xy, xz)  # columns of w x J
+    d, e, f = cross(wx, wy, wz, xy, yy, yz)
+    g, h, j = cross(wx, wy, wz, xz, yz, zz)
+    stir[i, 0] = 2.0 * (a - ux * hx) + along
+    stir[i, 1] = 2.0 * (d - ux * hy) + trace * wz
+    stir[i, 2] = 2.0 * (g - ux * hz) - trace * wy
+    stir[i, 3] = 2.0 * (b - uy * hx) - trace * wz
+    stir[i, 4] = 2.0 * (e - uy * hy) + along
+    stir[i, 5] = 2.0 * (h - uy * hz) + trace * wx
+    stir[i, 6] = 2.0 * (c - uz * hx) + trace * wy
+    stir[i, 7] = 2.0 * (f - uz * hy) - trace * wx
+    stir[i, 8] = 2.0 * (j - uz * hz) + along
+    _, _, _, stir[i, 9], stir[i, 10], stir[i, 11] = momentum(w, i, wx, wy, wz, ux, uy, uz)
+    force = needed(w, i, s, out.turn, 0.0, figures)
+    ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
+    lx, ly, lz = cross(w[i, 10], w[i, 11], w[i, 12], ex, ey, ez)
+    out.force[i, 0], out.force[i, 3] = force[0] + lx, force[3] + ex
+    out.force[i, 1], out.force[i, 4] = force[1] + ly, force[4] + ey
+    out.force[i, 2], out.force[i, 5] = force[2] + lz, force[5] + ez
+
+
+@compiled_in_place
+def _joined(tree: Tree, i: int, room: Room, out: Slopes) -> Any:
+    """Add what passes between joint i and those above it, of all that hangs on its link."""
+    s, t, spin, swing, own = room.screw, out.stir, out.spin, out.swing, tree.column[i]
+    sx, sy, sz, vx, vy, vz = s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
+    px, py, pz = t[i, 9], t[i, 10], t[i, 11]
+    a, b, c, d, e, f = momentum(room.whole, i, sx, sy, sz, vx, vy, vz)
+    gx, gy, gz = cross(px, py, pz, vx, vy, vz)
+    rx = t[i, 0] * sx + t[i, 3] * sy + t[i, 6] * sz + 2.0 * gx
+    ry = t[i, 1] * sx + t[i, 4] * sy + t[i, 7] * sz + 2.0 * gy
+    rz = t[i, 2] * sx + t[i, 5] * sy + t[i, 8] * sz + 2.0 * gz
+    angle, rate = _felt(room, out, i)
+    j = i
+    while j >= 0:
+        other = tree.column[j]
+        if other >= 0:
+            out.by_angle[own, other] += (
+                rx * spin[j, 0]
+                + ry * spin[j, 1]
+                + rz * spin[j, 2]
+                + a * swing[j, 0]
+                + b * swing[j, 1]
+                + c * swing[j, 2]
+                + d * swing[j, 3]
+                + e * swing[j, 4]
+                + f * swing[j, 5]
+            )
+            out.by_rate[own, other] += (
+                rx * s[j, 0]
+                + ry * s[j, 1]
+                + rz * s[j, 2]
+                + 2.0
+                * (
+                    a * spin[j, 0]
+                    + b * spin[j, 1]
+                    + c * spin[j, 2]
+                    + d * spin[j, 3]
+                    + e * spin[j, 4]
+                    + f * spin[j, 5]
+                )
+            )
+            if j != i:
+                out.by_angle[other, own] += (
+                    s[j, 0] * angle[0]
+                    + s[j, 1] * angle[1]
+                    + s[j, 2] * angle[2]
+                    + s[j, 3] * angle[3]
+                    + s[j, 4] * angle[4]
+                    + s[j, 5] * angle[5]
+                )
+                out.by_rate[other, own] += (
+                    s[j, 0] * rate[0]
+                    + s[j, 1] * rate[1]
+                    + s[j, 2] * rate[2]
+                    + s[j, 3] * rate[3]
+                    + s[j, 4] * rate[4]
+                    + s[j, 5] * rate[5]
+                )
+        j = tree.parent[j]
+
+
+@compiled_in_place
+def _felt(room: Room, out: Slopes, i: int) -> Any:
+    """Moment and force on the joints above for a unit of angle, and of rate, of joint i."""
+    s, t, p, w, f = room.screw, out.stir, out.spin, out.swing, out.force
+    angle = momentum(room.whole, i, w[i, 0], w[i, 1], w[i, 2], w[i, 3], w[i, 4], w[i, 5])
+    rate = momentum(
+        room.whole,
+        i,
+        2.0 * p[i, 0],
+        2.0 * p[i, 1],
+        2.0 * p[i, 2],
+        2.0 * p[i, 3],
+        2.0 * p[i, 4],
+        2.0 * p[i, 5],
+    )
+    px, py, pz = -2.0 * t[i, 9], -2.0 * t[i, 10], -2.0 * t[i, 11]
+    sx, sy, sz = s[i, 0], s[i, 1], s[i, 2]
+    ax, ay, az = cross(px, py, pz, p[i, 0], p[i, 1], p[i, 2])
+    bx, by, bz = cross(px, py, pz, sx, sy, sz)
+    mx, my, mz = cross(sx, sy, sz, f[i, 0], f[i, 1], f[i, 2])
+    nx, ny, nz = cross(s[i, 3], s[i, 4], s[i, 5], f[i, 3], f[i, 4], f[i, 5])
+    kx, ky, kz = cross(sx, sy, sz, f[i, 3], f[i, 4], f[i, 5])
+    return (
+        angle[0] + t[i, 0] * p[i, 0] + t[i, 1] * p[i, 1] + t[i, 2] * p[i, 2] + mx + nx,
+        angle[1] + t[i, 3] * p[i, 0] + t[i, 4] * p[i, 1] + t[i, 5] * p[i, 2] + my + ny,
+        angle[2] + t[i, 6] * p[i, 0] + t[i, 7] * p[i, 1] + t[i, 8] * p[i, 2] + mz + nz,
+        angle[3] + ax + kx,
+        angle[4] + ay + ky,
+        angle[5] + az + kz,
+    ), (
+        rate[0] + t[i, 0] * sx + t[i, 1] * sy + t[i, 2] * sz,
+        rate[1] + t[i, 3] * sx + t[i, 4] * sy + t[i, 5] * sz,
+        rate[2] + t[i, 6] * sx + t[i, 7] * sy + t[i, 8] * sz,
+        rate[3] + bx,
+        rate[4] + by,
+        rate[5] + bz,
+    )
+
+
+@compiled_in_place
+def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Slopes) -> Any:
+    """Add what a force on link i does, which keeps its direction as the joints above turn."""
+    s, cx, cy, cz = room.screw, room.weight[i, 10], room.weight[i, 11], room.weight[i, 12]
+    ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
+    j = i
+    while j >= 0:
+        if tree.column[j] >= 0:
+            wx, wy, wz = s[j, 0], s[j, 1], s[j, 2]
+            fx, fy, fz = cross(ex, ey, ez, wx, wy, wz)
+            mx, my, mz = cross(cx, cy, cz, fx, fy, fz)
+            gx, gy, gz = cross(wx, wy, wz, cx, cy, cz)
+            nx, ny, nz = cross(gx + s[j, 3], gy + s[j, 4], gz + s[j, 5], ex, ey, ez)
+            k, below = i, True
+            while k >= 0:
+                if tree.column[k] >= 0 and below:
+                    out.by_angle[tree.column[k], tree.column[j]] -= (
+                        s[k, 0] * mx
+                        + s[k, 1] * my
+                        + s[k, 2] * mz
+                        + s[k, 3] * fx
+                        + s[k, 4] * fy
+                        + s[k, 5] * fz
+                    )
+                elif tree.column[k] >= 0:
+                    out.by_angle[tree.column[k], tree.column[j]] -= (
+                        s[k, 0] * nx + s[k, 1] * ny + s[k, 2] * nz
+                    )
+                below = below and k != j
+                k = tree.parent[k]
+        j = tree.parent[j]
+
+
+@compiled_in_place
+def weighing(
+    tree: Tree, was: Array, figures: Array, more: float, room: Room, at: Slopes, n: int, out: Array
+) -> Any:
+    """Fill row n of out (., J): torques that this motion takes more with other inertial figures.
+
+    Gravity is `more` than it was.
+    """
+    for j in range(out.shape[1]):
+        out[n, j] = 0.0
+    for i in range(tree.kind.shape[0]):
+        other = more != 0.0
+        for k in range(figures.shape[1]):
+            other = other or figures[i, k] != was[i, k]
+        if other:
+            weighed(figures, i, room.frame, at.weight)
+            old = needed(room.weight, i, room.speed, at.turn, 0.0, was)
+            new = needed(at.weight, i, room.speed, at.turn, more, figures)
+            j = i
+            while j >= 0:
+                if tree.column[j] >= 0:
+                    total = 0.0
+                    for k in range(3):
+                        total += room.screw[j, k] * (new[k] - old[k])
+                        total += room.screw[j, 3 + k] * (new[3 + k] - old[3 + k])
+                    out[n, tree.column[j]] += total
+                j = tree.parent[j]
