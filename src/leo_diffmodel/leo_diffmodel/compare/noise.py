@@ -65,11 +65,10 @@ def of_inputs(model: Model, windows: Windows) -> Array | None:
         return None
     samples = np.maximum(windows.dt * robot.state_rate, 1.0)  # in the mean of an interval
     size, rng = robot.input_noise / np.sqrt(samples)[..., None], np.random.default_rng(0)
-    exact, moved = predict(model, windows, start), []
-    for _ in range(COMPARE.draws):
-        inputs = windows.inputs + size * rng.standard_normal(size.shape)
-        moved.append(predict(model, replace(windows, inputs=inputs), start) - exact)
-    square = np.stack(moved) ** 2
+    draws = size * rng.standard_normal((COMPARE.draws, *size.shape))
+    noisy = replace(windows, inputs=windows.inputs + np.concatenate([0.0 * draws[:1], draws]))
+    states = predict(model, noisy, start, near=True)
+    square = (states[1:] - states[0]) ** 2
     count = max(len(windows.recordings), int(windows.source.max()) + 1)
     of_each = [windows.source == r for r in range(count)]
     typical = [np.median(square[:, some if some.any() else ...], axis=(0, 1)) for some in of_each]

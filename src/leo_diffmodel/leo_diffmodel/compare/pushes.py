@@ -11,6 +11,7 @@ import numpy as np
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import per_window, spread_out, Windows
+from leo_sim.dynamics.whole_windows import Along
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
@@ -19,9 +20,16 @@ SCHEMES = ('search', 'training')  # the coarsest first
 
 
 def predict(
-    model: Model, windows: Windows, start: Array, push: Array | None = None, near: bool = False
+    model: Model,
+    windows: Windows,
+    start: Array,
+    push: Array | None = None,
+    near: bool | Along = False,
 ) -> Array:
-    """Sensed states from the start states (..., W, 2J), shape (..., W, K+1, 2J); `near` as in `rollout`."""
+    """Sensed states from the start states (..., W, 2J), shape (..., W, K+1, 2J).
+
+    `near`: see `rollout`.
+    """
     joints = windows.q.shape[-1]
     q, dq = rollout(
         own(model, windows),

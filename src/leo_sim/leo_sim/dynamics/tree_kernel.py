@@ -204,7 +204,7 @@ def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> An
 
 
 @compiled_in_place
-def _moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room) -> Any:
+def moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room) -> Any:
     """Fill speed, pull and force at the rates of state n."""
     screw, speed, pull, force = room.screw, room.speed, room.pull, room.force
     for i in range(tree.kind.shape[0]):
@@ -249,7 +249,7 @@ def bias_torques(
 ) -> Any:
     """Fill row n of bias at the rates of state n, by recursive Newton-Euler."""
     screw, force = room.screw, room.force
-    _moving(tree, figures, gravity, n, dq, room)
+    moving(tree, figures, gravity, n, dq, room)
     for j in range(bias.shape[1]):
         bias[n, j] = 0.0
     for i in range(tree.kind.shape[0] - 1, -1, -1):

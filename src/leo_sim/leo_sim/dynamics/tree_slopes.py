@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the torques that a motion of a tree takes change with its angles, rates and masses, compiled.
+"""How the torques that a motion takes change with angles, rates and masses of a tree, compiled.
 
 Derivatives of recursive Newton-Euler in closed form (Singh, Russell and Wensing, Efficient
 Analytical Derivatives of Rigid-Body Dynamics using Spatial Vector Algebra, RA-L 2022), in the
@@ -39,7 +39,9 @@ def slopes_for(links: int, joints: int) -> Any:
 
 
 @compiled_in_place
-def _moved(wx: float, wy: float, wz: float, vx: float, vy: float, vz: float, s: Array, i: int):
+def _moved(
+    wx: float, wy: float, wz: float, vx: float, vy: float, vz: float, s: Array, i: int
+) -> Any:
     """A screw times row i of screws: how that changes as it is carried along."""
     a, b, c = cross(wx, wy, wz, s[i, 0], s[i, 1], s[i, 2])
     d, e, f = cross(wx, wy, wz, s[i, 3], s[i, 4], s[i, 5])
@@ -85,8 +87,8 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
     for j in range(size):
         for k in range(size):
             out.by_angle[j, k] = out.by_rate[j, k] = 0.0
+    accelerated(tree, room, n, faster, out)
     for i in range(tree.kind.shape[0]):
-        _carried(tree, i, room, n, faster, out)
         _stirred(figures, i, room, out)
     for i in range(tree.kind.shape[0] - 1, -1, -1):
         if tree.column[i] >= 0:
@@ -99,6 +101,13 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
                 out.force[above, k] += out.force[i, k]
         if figures[i, 10] != 0.0 or figures[i, 11] != 0.0 or figures[i, 12] != 0.0:
             _pulled_on(tree, figures, i, room, out)
+
+
+@compiled_in_place
+def accelerated(tree: Tree, room: Room, n: int, faster: Array, out: Slopes) -> Any:
+    """Fill the accelerations of links that are placed and moving, and how their screws change."""
+    for i in range(tree.kind.shape[0]):
+        _carried(tree, i, room, n, faster, out)
 
 
 @compiled_in_place

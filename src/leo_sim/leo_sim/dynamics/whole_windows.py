@@ -9,6 +9,7 @@ by their compiled functions. NumPy's overhead per substep is most of the time of
 there this is several times as fast (benchmarks/whole_windows.py).
 """
 
+from dataclasses import dataclass
 import math
 from typing import Any
 
@@ -32,11 +33,19 @@ from leo_sim.dynamics.window_input import (
     pieces,
     Play,
 )
+from leo_sim.dynamics.window_kernel import kept_size
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
 
 MOST_BENT = 4  # laws that are asked in every substep; more are left to `substep.integrate`
 LAW = numba.float64(*[numba.float64] * 7)
+
+
+@dataclass
+class Along:
+    """The first motion of each window, kept for more that are near it; nothing yet at first."""
+
+    kept: Array | None = None
 
 
 def possible(laws: Laws, q: Array, inputs: Array) -> bool:
@@ -48,12 +57,19 @@ def possible(laws: Laws, q: Array, inputs: Array) -> bool:
 
 
 def run(
-    laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float, near: bool = False
+    laws: Laws,
+    tree: Spatial,
+    q: Array,
+    dq: Array,
+    held: Held,
+    longest: float,
+    near: bool | Along = False,
 ) -> tuple[Any, Any]:
     """Measured angles and rates at all samples, (K + 1, ..., W, J), under `possible` laws.
 
     From true angles and rates (..., W, J); no substep takes longer than `longest` s. `near`: of
-    states (R, W, J) all are near the first of their window, see `window_kernel`.
+    states (R, W, J) all are near the first of their window, see `window_kernel`; the first ones
+    may be kept for further ones.
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
     play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
@@ -68,7 +84,9 @@ def run(
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    given = tree.each(lead), _near(lead, gears.gap) if near else 0
+    others = _near(lead, gears.gap) if near else 0
+    kept = _kept(near, driving, lead[-1], size) if others else (np.empty((0, 0, 0)), 0)
+    given = tree.each(lead), others, *kept
     run_states(tree.tree, *tree.world, *given, driving, gears, *bent, *loops, angles, rates)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
@@ -89,6 +107,16 @@ def _near(lead: tuple[int, ...], gap: Array) -> int:
     rows = lead[0] if len(lead) == 2 else 1
     alike = (gap > 0) == (gap[: lead[-1]] > 0).all(axis=0)
     return rows - 1 if alike.all() else 0
+
+
+def _kept(near: bool | Along, driving: Driving, windows: int, size: int) -> tuple[Array, int]:
+    """Room for the first motions of so many windows, and 1 where they are known."""
+    if not isinstance(near, Along):
+        return np.empty((0, 0, 0)), 0
+    known = near.kept is not None
+    if near.kept is None:
+        near.kept = np.empty((windows, int(driving.parts.sum()), kept_size(size)))
+    return near.kept, int(known)
 
 
 def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:

@@ -16,26 +16,40 @@ from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.dynamics.impulses import Contact, swept
 from leo_sim.dynamics.inertia import at, inverted, kicked
 from leo_sim.dynamics.substep import PROBE
-from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, Room, room_for, Tree
-from leo_sim.dynamics.tree_slopes import Slopes, slopes, slopes_for, weighing
+from leo_sim.dynamics.tree_kernel import (
+    bias_torques,
+    inertia,
+    moving,
+    placed,
+    Room,
+    room_for,
+    Tree,
+)
+from leo_sim.dynamics.tree_slopes import accelerated, Slopes, slopes, slopes_for, weighing
 from leo_sim.dynamics.window_input import Bent, Driving, Looped, Play
 
 Work = namedtuple(
     'Work',
-    'q dq free mean pull held bias load falling level motor drive rotor gap slip speed none servo'
-    ' faster more h inverse back given',
+    'rows q dq free mean pull held level falling rotor faster bias load motor drive gap slip speed'
+    ' none servo more h inverse back given',
 )
-"""Room for R states: 20 fields (R, J), h (1, 1), the inverse of the inertia of the first one and
-what the others need (2, J, J), impulses (R, 3, J)."""
+"""Room for R states: 20 fields in rows (20, R, J), h (1, 1), the inverse of the inertia of the
+first one and what the others need (2, J, J), impulses (R, 3, J)."""
+KEPT = 10  # fields of the first one that the others need, the first ones
 
 
 @compiled_without_gil
-def work_of(rows: int, size: int) -> Any:
-    r, h, inverse = np.zeros((20, rows, size)), np.zeros((1, 1)), np.zeros((1, size, size))
+def work_of(count: int, size: int) -> Any:
+    r, h, inverse = np.zeros((20, count, size)), np.zeros((1, 1)), np.zeros((1, size, size))
     first = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9]
     second = r[10], r[11], r[12], r[13], r[14], r[15], r[16], r[17], r[18], r[19]
-    back = np.zeros((2, size, size))
-    return Work(*first, *second, h, inverse, back, np.zeros((rows, 3, size)))
+    given, back = np.zeros((count, 3, size)), np.zeros((2, size, size))
+    return Work(r, *first, *second, h, inverse, back, given)
+
+
+def kept_size(joints: int) -> int:
+    """Numbers of a substep that are kept of a motion, for others near it."""
+    return (KEPT + 3) * joints + 4 * joints**2
 
 
 @compiled_without_gil
@@ -44,7 +58,9 @@ def run(
     figures: Array,
     gravity: Array,
     each: int,
-    near: int,
+    others: int,
+    kept: Array,
+    known: int,
     driving: Driving,
     play: Play,
     laws: Any,
@@ -57,55 +73,53 @@ def run(
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
     Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
-    Of R x W states those W apart go together, R = 1 + `near`.
+    Of N = R x W states those W apart go together, R = 1 + `others`. Of the first ones what the
+    others need is kept, or `known`, in (W, substeps, `kept_size`), where that has rows.
     Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
     servos' loops are functions of three parameters and the voltage. Bent and looped have their
     parameters and places. The first angles and rates are given.
     """
     states, size = q.shape[1:]
-    rows, links = 1 + near, tree.kind.shape[0]
+    rows, links = 1 + others, tree.kind.shape[0]
     room, work, tangents = room_for(links), work_of(rows, size), slopes_for(links, size)
     other, windows = room_for(links if bent.loaded else 0), states // rows
     for w in range(windows):
-        for r in range(rows):
-            n = r * windows + w
-            for j in range(size):
-                work.q[r, j], work.dq[r, j] = q[0, n, j], dq[0, n, j]
-                work.gap[r, j] = play.gap[at(play.gap, n), j]
-                work.slip[r, j] = play.slip[at(play.slip, n), j]
-                work.speed[r, j] = play.speed[at(play.speed, n), j]
+        step, first, last = 0, (w // each) % figures.shape[0], w + others * windows
+        own, down = figures[first], gravity[first]
+        _begun(play, w, windows, q, dq, work)
         for k in range(driving.parts.shape[0]):
-            work.h[0, 0] = step = driving.h[k, w]
-            for r in range(rows):
+            work.h[0, 0] = driving.h[k, w]
+            for r in range(known, rows if driving.first[k] else 0):
                 n = r * windows + w
-                s = (n // each) % figures.shape[0]
-                if bent.loaded and driving.first[k]:
-                    _loaded(tree, figures[s], gravity[s], r, other, work)
-                if driving.first[k]:
-                    _slowed(driving, laws, bent, n, k, r, work)
-                    _slowed_by_loops(looped, behind, n, k, r, work)
-                for j in range(size):
-                    work.q[r, j] += 0.5 * step * work.dq[r, j]
-            for _ in range(driving.parts[k]):
-                for r in range(rows):
-                    n = r * windows + w
+                if bent.loaded:
                     s = (n // each) % figures.shape[0]
-                    if r == 0:
-                        placed(tree, figures[s], 0, work.q, room)
-                    if r == 0 and bent.loaded:
-                        bias_torques(tree, figures[s], gravity[s], 0, work.none, room, work.load)
-                    elif bent.loaded:
+                    _loaded(tree, figures[s], gravity[s], r, other, work)
+                _slowed(driving, laws, bent, n, k, r, work)
+                _slowed_by_loops(looped, behind, n, k, r, work)
+            _drift(0.5, work)
+            for _ in range(driving.parts[k]):
+                if not known:
+                    placed(tree, own, 0, work.q, room)
+                if bent.loaded and not known:
+                    bias_torques(tree, own, down, 0, work.none, room, work.load)
+                for r in range(known, rows):
+                    n = r * windows + w
+                    if bent.loaded and r:
+                        s = (n // each) % figures.shape[0]
                         _loaded(tree, figures[s], gravity[s], r, other, work)
                     _looped(looped, behind, n, k, r, work)
                     _pulled(driving, laws, bent, n, k, r, work)
                     _geared(driving, n, k, r, work)
-                first = (w // each) % figures.shape[0]
-                own, down = figures[first], gravity[first]
-                _kick(tree, own, down, driving, w, room, work)
-                _impelled(driving, 0, work)
-                if near:
+                if not known:
+                    _kick(tree, own, down, driving, w, room, work)
+                    _impelled(driving, 0, work)
+                if others and not known:
                     slopes(tree, own, room, 0, work.faster, tangents)
                     _answers(size, work, tangents)
+                if kept.shape[0]:
+                    _exchanged(known, kept, w, step, work, tangents)
+                if known and (last // each) % figures.shape[0] != first:
+                    _moved_again(tree, own, down, room, tangents, work)
                 for r in range(1, rows):
                     n = r * windows + w
                     s = (n // each) % figures.shape[0]
@@ -114,12 +128,71 @@ def run(
                         weighing(tree, own, figures[s], more, room, tangents, r, work.more)
                     _follow(driving, w, n, r, tangents, work)
                     _impelled(driving, r, work)
-                _drift(work)
+                _moved_on(work)
+                step += 1
+            _drift(-0.5, work)
             for r in range(rows):
-                n = r * windows + w
                 for j in range(size):
-                    work.q[r, j] -= 0.5 * step * work.dq[r, j]
-                    q[k + 1, n, j], dq[k + 1, n, j] = work.q[r, j], work.dq[r, j]
+                    q[k + 1, r * windows + w, j] = work.q[r, j]
+                    dq[k + 1, r * windows + w, j] = work.dq[r, j]
+
+
+@compiled_in_place
+def _begun(play: Play, w: int, windows: int, q: Array, dq: Array, work: Work) -> Any:
+    """Begin with the states of a window."""
+    for r in range(work.q.shape[0]):
+        n = r * windows + w
+        for j in range(work.q.shape[1]):
+            work.q[r, j], work.dq[r, j] = q[0, n, j], dq[0, n, j]
+            work.gap[r, j] = play.gap[at(play.gap, n), j]
+            work.slip[r, j] = play.slip[at(play.slip, n), j]
+            work.speed[r, j] = play.speed[at(play.speed, n), j]
+
+
+@compiled_in_place
+def _drift(share: float, work: Work) -> Any:
+    """Move all angles by so much of a substep."""
+    for r in range(work.q.shape[0]):
+        for j in range(work.q.shape[1]):
+            work.q[r, j] += share * work.h[0, 0] * work.dq[r, j]
+
+
+@compiled_in_place
+def _exchanged(known: int, kept: Array, w: int, t: int, work: Work, tangents: Slopes) -> Any:
+    """Keep what the others need of the first state in a substep, or take it where it is known."""
+    size, at = work.q.shape[1], 0
+    for j in range(size):
+        for f in range(KEPT + 3):
+            if f < KEPT and known:
+                work.rows[f, 0, j] = kept[w, t, at]
+            elif f < KEPT:
+                kept[w, t, at] = work.rows[f, 0, j]
+            elif known:
+                work.given[0, f - KEPT, j] = kept[w, t, at]
+            else:
+                kept[w, t, at] = work.given[0, f - KEPT, j]
+            at += 1
+    for i in range(size):
+        for j in range(size):
+            if known:
+                work.inverse[0, i, j], work.back[0, i, j] = kept[w, t, at], kept[w, t, at + 1]
+                tangents.by_angle[i, j] = kept[w, t, at + 2]
+                tangents.by_rate[i, j] = kept[w, t, at + 3]
+            else:
+                kept[w, t, at], kept[w, t, at + 1] = work.inverse[0, i, j], work.back[0, i, j]
+                kept[w, t, at + 2] = tangents.by_angle[i, j]
+                kept[w, t, at + 3] = tangents.by_rate[i, j]
+            at += 4
+
+
+@compiled_in_place
+def _moved_again(
+    tree: Tree, figures: Array, gravity: float, room: Room, tangents: Slopes, work: Work
+) -> Any:
+    """Place the links of the first state, moving as they did."""
+    placed(tree, figures, 0, work.q, room)
+    moving(tree, figures, gravity, 0, work.mean, room)
+    accelerated(tree, room, 0, work.faster, tangents)
 
 
 @compiled_in_place
@@ -233,6 +306,7 @@ def _kick(
     size, step, answer = work.q.shape[1], work.h[0, 0], work.inverse[0]
     inertia(tree, room, answer)
     for j in range(size):
+        work.mean[0, j] = work.dq[0, j]
         answer[j, j] += _diagonal(driving, n, 0, j, work)
     inverted(size, 0, answer)
     bias_torques(tree, figures, gravity, 0, work.dq, room, work.bias)
@@ -313,7 +387,7 @@ def _impelled(driving: Driving, r: int, work: Work) -> Any:
 
 
 @compiled_in_place
-def _drift(work: Work) -> Any:
+def _moved_on(work: Work) -> Any:
     """Give all states their new rates, and drift their angles by one substep."""
     step = work.h[0, 0]
     for r in range(work.q.shape[0]):

@@ -36,7 +36,7 @@ def rollout(
     push: Array | None = None,
     start: ArrayLike = 0.0,
     held: ArrayLike | None = None,
-    near: bool = False,
+    near: bool | whole_windows.Along = False,
 ) -> tuple[Any, Any]:
     """Measured angles and rates along open-loop windows.
 
@@ -55,7 +55,8 @@ def rollout(
         start: Time from the start of the run to the start of each window s, (W,), or a float.
         held: Windows in which the base does not move, booleans (W,); None where the model says.
         near: The states of a window differ little, as for a derivative: where whole windows are
-            compiled, all but the first are found by what is linear about that, and sooner.
+            compiled, all but the first are found by what is linear about that, and sooner. An
+            `Along` keeps the first one for the next call with the same start states and inputs.
 
     Returns:
         q and dq of the measured state, (..., W, K + 1, J); (S, W, K + 1, J) for a scan.
@@ -83,7 +84,9 @@ def _held(model: Model, held: ArrayLike | None, count: int) -> Any:
 
 
 @np.errstate(all='ignore')
-def _rolled(model: Model, batch: Batch, near: bool = False) -> tuple[Any, Any]:
+def _rolled(
+    model: Model, batch: Batch, near: bool | whole_windows.Along = False
+) -> tuple[Any, Any]:
     history, inputs, periods, push = batch.history, batch.inputs, batch.periods, batch.push
     laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
     memory: Memory = {TIME: batch.start[..., None]}

@@ -16,6 +16,7 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.shooting import eliminate
 from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Grids, Settings
+from leo_sim.dynamics.whole_windows import Along
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
@@ -61,6 +62,7 @@ class Scanner:
         self._nuisance = self._constants(linear.by_theta[..., free])
         self.residual = self._project(self._first)
         self.first = self.without_starts(self._first)
+        self._along = Along()
         self._given = self._moved(null.hypothesis, null.theta)
         self._before = self._project(self._given)
 
@@ -77,8 +79,13 @@ class Scanner:
         return self._found(candidate, theta, float(gains[best]), change, grid)
 
     def change(self, candidate: Candidate, points: Array) -> Array:
-        """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M)."""
-        return self.without_starts(self._given - self._tried(candidate, points))
+        """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M).
+
+        Where that is straight: the points are near what changes nothing.
+        """
+        neutral = [p.neutral for p in candidate.parameters]
+        e = self._tried(candidate, np.array([neutral, *points]), self._along)
+        return self.without_starts(e[0] - e[1:])
 
     def centre(self, link: str) -> tuple[float, float, float]:
         """The centre of mass of a link in the fit [m]."""
@@ -105,15 +112,15 @@ class Scanner:
         full, first = self._null.with_values(theta), self._null.hypothesis.first_constant
         return Scan(candidate, full, gain / share, float(nats.max()), first, unit, points, nats)
 
-    def _tried(self, candidate: Candidate, points: Array) -> Array:
+    def _tried(self, candidate: Candidate, points: Array, near: bool | Along = False) -> Array:
         thetas = np.stack([self._null.with_values(point) for point in points])
-        return self._moved(self._null.hypothesis.with_candidate(candidate), thetas)
+        return self._moved(self._null.hypothesis.with_candidate(candidate), thetas, near)
 
-    def _moved(self, hypothesis: Hypothesis, thetas: Array) -> Array:
+    def _moved(self, hypothesis: Hypothesis, thetas: Array, near: bool | Along = False) -> Array:
         """Whitened residuals of a hypothesis at some values, (..., W, N)."""
         problem, start = self._problem, self._null.start
         starts = np.broadcast_to(start, (*thetas.shape[:-1], *start.shape))
-        return problem.residual(starts, hypothesis.model(problem.rough, thetas))
+        return problem.residual(starts, hypothesis.model(problem.rough, thetas), near)
 
     def _grid(self, candidate: Candidate) -> Array:
         """All points to try, shape (S, parameters of the effect)."""

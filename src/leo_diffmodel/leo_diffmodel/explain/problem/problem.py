@@ -15,6 +15,7 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import typical_size
 from leo_diffmodel.explain.problem.shooting import Linear, linearise, whiten
 from leo_diffmodel.explain.settings import Gates, Grids, Numerics, Settings
+from leo_sim.dynamics.whole_windows import Along
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -170,7 +171,9 @@ class Problem:
         known = self.by_start if by_start is None else by_start
         return linearise(self, hypothesis, theta, start, known, errors)
 
-    def residual(self, start: Array, model: Model | None = None, near: bool = False) -> Array:
+    def residual(
+        self, start: Array, model: Model | None = None, near: bool | Along = False
+    ) -> Array:
         """Whitened residual of the model from some start states (..., W, 2J), (..., W, N).
 
         `near`: those of a window differ little, see `rollout`.

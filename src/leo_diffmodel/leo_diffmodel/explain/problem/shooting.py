@@ -60,7 +60,7 @@ def linearise(
     by_start: Array | None,
     errors: Array | None,
 ) -> Linear:
-    """The residual of a hypothesis, and all its derivatives, of one rollout of states that are near.
+    """The residual of a hypothesis, and its derivatives by one rollout of states that are near.
 
     See `Problem.linearised`. Start states are moved by half their noise, parameters as far as
     `difference_steps` says.
