@@ -56,7 +56,7 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
     start = windows.measured[:, 0]
     moves, count = _moves(model, start.shape)
     starts = np.concatenate([start[None], start + moves * noise[:, 0]])
-    y = predict(model, windows, starts, near=True)
+    y = predict(model, windows, starts)
     floor = ((y[1:] - y[0]) ** 2).sum(axis=0) / count + noise**2
     drift = of_inputs(model, windows)
     if drift is not None:
