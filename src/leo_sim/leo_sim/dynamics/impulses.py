@@ -14,6 +14,7 @@ from leo_sim.dynamics.inertia import at, Factor
 
 SWEEPS = 50
 SETTLED = 1e-12  # rad/s
+STILL = 1e-10  # rad/s: what moves slower is at rest, on neither side of friction
 
 
 class Contact(NamedTuple):

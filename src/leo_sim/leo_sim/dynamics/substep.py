@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, paired
-from leo_sim.dynamics.impulses import Contact, settled, stopped
+from leo_sim.dynamics.impulses import Contact, settled, STILL, stopped
 from leo_sim.dynamics.inertia import Dynamics
 from leo_sim.laws.laws import Laws, Memory
 
@@ -65,7 +65,11 @@ def kick(
         geared, driving = (np.where(laws.gap > 0, 0.0, f) for f in (rotor, torques.motor))
         rotor = np.where(laws.gap > 0, rotor, 1.0)
     driving = driving + (torques.joint + push)
-    held = driving if torques.level is None else driving - np.sign(dq) * torques.level
+    held = (
+        driving
+        if torques.level is None
+        else driving - np.sign(dq) * (np.abs(dq) > STILL) * torques.level
+    )
     rates, factor = dynamics.kicked(q, dq, geared + (0.5 * h) * drag.joint, driving, held, h)
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory

@@ -28,14 +28,15 @@ class Slopes(NamedTuple):
     weight: Array  # of other inertial figures, see `Room`, (L, WEIGHT)
     by_angle: Array  # torque at joint i by angle of joint j, N m/rad, (J, J)
     by_rate: Array  # and by its rate, N m s/rad, (J, J)
+    at_rest: Array  # the first of the two where nothing moves, (J, J)
 
 
 @compiled_without_gil
 def slopes_for(links: int, joints: int) -> Any:
-    screws, square = np.zeros((5, links, SCREW)), np.zeros((2, joints, joints))
+    screws, square = np.zeros((4, links, SCREW)), np.zeros((3, joints, joints))
     stir, weight = np.zeros((links, 12)), np.zeros((links, WEIGHT))
     spin, swing, force = screws[1], screws[2], screws[3]
-    return Slopes(screws[0], spin, swing, stir, force, weight, square[0], square[1])
+    return Slopes(screws[0], spin, swing, stir, force, weight, square[0], square[1], square[2])
 
 
 @compiled_in_place
@@ -100,7 +101,7 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
             for k in range(6):
                 out.force[above, k] += out.force[i, k]
         if figures[i, 10] != 0.0 or figures[i, 11] != 0.0 or figures[i, 12] != 0.0:
-            _pulled_on(tree, figures, i, room, out)
+            _pulled_on(tree, figures, i, room, out.by_angle)
 
 
 @compiled_in_place
@@ -269,7 +270,7 @@ def _felt(room: Room, out: Slopes, i: int) -> Any:
 
 
 @compiled_in_place
-def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Slopes) -> Any:
+def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Array) -> Any:
     """Add what a force on link i does, which keeps its direction as the joints above turn."""
     s, cx, cy, cz = room.screw, room.weight[i, 10], room.weight[i, 11], room.weight[i, 12]
     ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
@@ -284,7 +285,7 @@ def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Slopes) -> A
             k, below = i, True
             while k >= 0:
                 if tree.column[k] >= 0 and below:
-                    out.by_angle[tree.column[k], tree.column[j]] -= (
+                    out[tree.column[k], tree.column[j]] -= (
                         s[k, 0] * mx
                         + s[k, 1] * my
                         + s[k, 2] * mz
@@ -293,11 +294,52 @@ def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Slopes) -> A
                         + s[k, 5] * fz
                     )
                 elif tree.column[k] >= 0:
-                    out.by_angle[tree.column[k], tree.column[j]] -= (
+                    out[tree.column[k], tree.column[j]] -= (
                         s[k, 0] * nx + s[k, 1] * ny + s[k, 2] * nz
                     )
                 below = below and k != j
                 k = tree.parent[k]
+        j = tree.parent[j]
+
+
+@compiled_in_place
+def hanging(tree: Tree, figures: Array, gravity: float, room: Room, out: Array) -> Any:
+    """Fill out (J, J): the slope by angles of what joints at rest take, inertias being composed."""
+    for j in range(out.shape[0]):
+        for k in range(out.shape[0]):
+            out[j, k] = 0.0
+    for i in range(tree.kind.shape[0]):
+        if tree.column[i] >= 0:
+            _hung(tree, i, gravity, room, out)
+        if figures[i, 10] != 0.0 or figures[i, 11] != 0.0 or figures[i, 12] != 0.0:
+            _pulled_on(tree, figures, i, room, out)
+
+
+@compiled_in_place
+def _hung(tree: Tree, i: int, gravity: float, room: Room, out: Array) -> Any:
+    """Add what passes between joint i and those above it."""
+    s, whole, own = room.screw, room.whole, tree.column[i]
+    sx, sy, sz = s[i, 0], s[i, 1], s[i, 2]
+    m = momentum(whole, i, sx, sy, sz, s[i, 3], s[i, 4], s[i, 5])
+    a, b, c, d, e, f = momentum(whole, i, 0.0, 0.0, 0.0, -gravity * sy, gravity * sx, 0.0)
+    u, v, w, x, y, z = momentum(whole, i, 0.0, 0.0, 0.0, 0.0, 0.0, gravity)
+    gx, gy, gz = cross(sx, sy, sz, u, v, w)
+    hx, hy, hz = cross(s[i, 3], s[i, 4], s[i, 5], x, y, z)
+    kx, ky, kz = cross(sx, sy, sz, x, y, z)
+    j = i
+    while j >= 0:
+        other = tree.column[j]
+        if other >= 0:
+            out[own, other] += gravity * (m[4] * s[j, 0] - m[3] * s[j, 1])
+            if j != i:
+                out[other, own] += (
+                    s[j, 0] * (a + gx + hx)
+                    + s[j, 1] * (b + gy + hy)
+                    + s[j, 2] * (c + gz + hz)
+                    + s[j, 3] * (d + kx)
+                    + s[j, 4] * (e + ky)
+                    + s[j, 5] * (f + kz)
+                )
         j = tree.parent[j]
 
 

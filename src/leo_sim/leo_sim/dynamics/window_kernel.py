@@ -13,7 +13,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.impulses import Contact, swept
+from leo_sim.dynamics.impulses import Contact, STILL, swept
 from leo_sim.dynamics.inertia import at, inverted, kicked
 from leo_sim.dynamics.substep import PROBE
 from leo_sim.dynamics.tree_kernel import (
@@ -25,17 +25,17 @@ from leo_sim.dynamics.tree_kernel import (
     room_for,
     Tree,
 )
-from leo_sim.dynamics.tree_slopes import accelerated, Slopes, slopes, slopes_for, weighing
+from leo_sim.dynamics.tree_slopes import accelerated, hanging, Slopes, slopes, slopes_for, weighing
 from leo_sim.dynamics.window_input import Bent, Driving, Looped, Play
 
 Work = namedtuple(
     'Work',
-    'rows q dq free mean pull held level falling rotor faster bias load motor drive gap slip speed'
+    'rows q dq free mean pull held level falling rotor faster load bias motor drive gap slip speed'
     ' none servo more h inverse back given',
 )
 """Room for R states: 20 fields in rows (20, R, J), h (1, 1), the inverse of the inertia of the
 first one and what the others need (2, J, J), impulses (R, 3, J)."""
-KEPT = 10  # fields of the first one that the others need, the first ones
+KEPT = 11  # fields of the first one that the others need, the first ones
 
 
 @compiled_without_gil
@@ -49,7 +49,7 @@ def work_of(count: int, size: int) -> Any:
 
 def kept_size(joints: int) -> int:
     """Numbers of a substep that are kept of a motion, for others near it."""
-    return (KEPT + 3) * joints + 4 * joints**2
+    return (KEPT + 3) * joints + 5 * joints**2
 
 
 @compiled_without_gil
@@ -89,33 +89,34 @@ def run(
         _begun(play, w, windows, q, dq, work)
         for k in range(driving.parts.shape[0]):
             work.h[0, 0] = driving.h[k, w]
+            if bent.loaded and driving.first[k]:
+                _loaded(tree, own, down, 0, room, work)
+                if others:
+                    inertia(tree, room, work.inverse[0])
+                    hanging(tree, own, down, room, tangents.at_rest)
             for r in range(known, rows if driving.first[k] else 0):
                 n = r * windows + w
-                if bent.loaded:
-                    s = (n // each) % figures.shape[0]
-                    _loaded(tree, figures[s], gravity[s], r, other, work)
+                s = (n // each) % figures.shape[0]
+                if bent.loaded and r:
+                    _loaded_near(
+                        tree, figures[s], gravity[s], s != first, r, other, tangents, work
+                    )
                 _slowed(driving, laws, bent, n, k, r, work)
                 _slowed_by_loops(looped, behind, n, k, r, work)
             _drift(0.5, work)
             for _ in range(driving.parts[k]):
                 if not known:
                     placed(tree, own, 0, work.q, room)
-                if bent.loaded and not known:
-                    bias_torques(tree, own, down, 0, work.none, room, work.load)
-                for r in range(known, rows):
-                    n = r * windows + w
-                    if bent.loaded and r:
-                        s = (n // each) % figures.shape[0]
-                        _loaded(tree, figures[s], gravity[s], r, other, work)
-                    _looped(looped, behind, n, k, r, work)
-                    _pulled(driving, laws, bent, n, k, r, work)
-                    _geared(driving, n, k, r, work)
-                if not known:
+                    if bent.loaded:
+                        bias_torques(tree, own, down, 0, work.none, room, work.load)
+                    _driven(driving, laws, bent, looped, behind, w, k, 0, work)
                     _kick(tree, own, down, driving, w, room, work)
                     _impelled(driving, 0, work)
                 if others and not known:
                     slopes(tree, own, room, 0, work.faster, tangents)
                     _answers(size, work, tangents)
+                    if bent.loaded:
+                        hanging(tree, own, down, room, tangents.at_rest)
                 if kept.shape[0]:
                     _exchanged(known, kept, w, step, work, tangents)
                 if known and (last // each) % figures.shape[0] != first:
@@ -123,6 +124,11 @@ def run(
                 for r in range(1, rows):
                     n = r * windows + w
                     s = (n // each) % figures.shape[0]
+                    if bent.loaded:
+                        _loaded_near(
+                            tree, figures[s], gravity[s], s != first, r, other, tangents, work
+                        )
+                    _driven(driving, laws, bent, looped, behind, n, k, r, work)
                     if s != first:
                         more = gravity[s] - down
                         weighing(tree, own, figures[s], more, room, tangents, r, work.more)
@@ -178,11 +184,13 @@ def _exchanged(known: int, kept: Array, w: int, t: int, work: Work, tangents: Sl
                 work.inverse[0, i, j], work.back[0, i, j] = kept[w, t, at], kept[w, t, at + 1]
                 tangents.by_angle[i, j] = kept[w, t, at + 2]
                 tangents.by_rate[i, j] = kept[w, t, at + 3]
+                tangents.at_rest[i, j] = kept[w, t, at + 4]
             else:
                 kept[w, t, at], kept[w, t, at + 1] = work.inverse[0, i, j], work.back[0, i, j]
                 kept[w, t, at + 2] = tangents.by_angle[i, j]
                 kept[w, t, at + 3] = tangents.by_rate[i, j]
-            at += 4
+                kept[w, t, at + 4] = tangents.at_rest[i, j]
+            at += 5
 
 
 @compiled_in_place
@@ -200,6 +208,45 @@ def _loaded(tree: Tree, figures: Array, gravity: float, r: int, room: Room, work
     """Fill the bias of a joint at rest, which is the load with the other sign."""
     placed(tree, figures, r, work.q, room)
     bias_torques(tree, figures, gravity, r, work.none, room, work.load)
+
+
+@compiled_in_place
+def _loaded_near(
+    tree: Tree,
+    figures: Array,
+    gravity: float,
+    heavier: int,
+    r: int,
+    room: Room,
+    tangents: Slopes,
+    work: Work,
+) -> Any:
+    """The same of a state near the first one, which has other inertial figures or not."""
+    if heavier:
+        _loaded(tree, figures, gravity, r, room, work)
+        return
+    for i in range(work.q.shape[1]):
+        work.load[r, i] = work.load[0, i]
+        for j in range(work.q.shape[1]):
+            work.load[r, i] += tangents.at_rest[i, j] * (work.q[r, j] - work.q[0, j])
+
+
+@compiled_in_place
+def _driven(
+    driving: Driving,
+    laws: Any,
+    bent: Bent,
+    looped: Looped,
+    behind: Any,
+    n: int,
+    k: int,
+    r: int,
+    work: Work,
+) -> Any:
+    """Fill all torques of a state."""
+    _looped(looped, behind, n, k, r, work)
+    _pulled(driving, laws, bent, n, k, r, work)
+    _geared(driving, n, k, r, work)
 
 
 @compiled_in_place
@@ -239,7 +286,7 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, r: int, wor
                 else:
                     pull += torque
         work.pull[r, j], work.level[r, j], work.drive[r, j] = pull, level, motor
-        work.held[r, j] = pull - np.sign(dq) * level
+        work.held[r, j] = pull - (np.sign(dq) * level if abs(dq) > STILL else 0.0)
 
 
 @compiled_in_place
