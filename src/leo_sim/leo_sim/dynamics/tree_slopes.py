@@ -304,7 +304,7 @@ def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Array) -> An
 
 @compiled_in_place
 def hanging(tree: Tree, figures: Array, gravity: float, room: Room, out: Array) -> Any:
-    """Fill out (J, J): the slope by angles of what joints at rest take, inertias being composed."""
+    """Fill out (J, J): slopes by angles of what joints at rest take; see `Room.whole`."""
     for j in range(out.shape[0]):
         for k in range(out.shape[0]):
             out[j, k] = 0.0

@@ -7,11 +7,11 @@ small part of a motion of its own. Friction, stops, play and laws answer to each
 """
 
 from collections import namedtuple
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.dynamics.impulses import Contact, STILL, swept
 from leo_sim.dynamics.inertia import at, inverted, kicked
@@ -36,6 +36,26 @@ Work = namedtuple(
 """Room for R states: 20 fields in rows (20, R, J), h (1, 1), the inverse of the inertia of the
 first one and what the others need (2, J, J), impulses (R, 3, J)."""
 KEPT = 11  # fields of the first one that the others need, the first ones
+
+
+class World(NamedTuple):
+    """The links of N states, `windows` of which are the first ones; see `run`."""
+
+    tree: Tree
+    figures: Array
+    gravity: Array
+    of: Indices  # number of the figures and gravity of each state of the window, (R,)
+    windows: int
+
+
+class Torques(NamedTuple):
+    """All that pulls; see `run`."""
+
+    driving: Driving
+    laws: Any
+    bent: Bent
+    looped: Looped
+    behind: Any
 
 
 @compiled_without_gil
@@ -79,75 +99,104 @@ def run(
     servos' loops are functions of three parameters and the voltage. Bent and looped have their
     parameters and places. The first angles and rates are given.
     """
-    states, size = q.shape[1:]
-    rows, links = 1 + others, tree.kind.shape[0]
-    room, work, tangents = room_for(links), work_of(rows, size), slopes_for(links, size)
-    other, windows = room_for(links if bent.loaded else 0), states // rows
+    rows, size, links = 1 + others, q.shape[2], tree.kind.shape[0]
+    windows, loads = q.shape[1] // rows, links if bent.loaded else 0
+    rooms, work = (room_for(links), room_for(loads)), work_of(rows, size)
+    tangents, numbers = slopes_for(links, size), np.zeros(rows, np.int64)
+    world = World(tree, figures, gravity, numbers, windows)
+    torques = Torques(driving, laws, bent, looped, behind)
     for w in range(windows):
-        step, first, last = 0, (w // each) % figures.shape[0], w + others * windows
-        own, down = figures[first], gravity[first]
-        _begun(play, w, windows, q, dq, work)
+        step = 0
+        _begun(world, each, play, w, q, dq, work)
         for k in range(driving.parts.shape[0]):
             work.h[0, 0] = driving.h[k, w]
-            if bent.loaded and driving.first[k]:
-                _loaded(tree, own, down, 0, room, work)
-                if others:
-                    inertia(tree, room, work.inverse[0])
-                    hanging(tree, own, down, room, tangents.at_rest)
-            for r in range(known, rows if driving.first[k] else 0):
-                n = r * windows + w
-                s = (n // each) % figures.shape[0]
-                if bent.loaded and r:
-                    _loaded_near(
-                        tree, figures[s], gravity[s], s != first, r, other, tangents, work
-                    )
-                _slowed(driving, laws, bent, n, k, r, work)
-                _slowed_by_loops(looped, behind, n, k, r, work)
+            if driving.first[k]:
+                _sampled(world, torques, w, k, known, rooms, tangents, work)
             _drift(0.5, work)
             for _ in range(driving.parts[k]):
                 if not known:
-                    placed(tree, own, 0, work.q, room)
-                    if bent.loaded:
-                        bias_torques(tree, own, down, 0, work.none, room, work.load)
-                    _driven(driving, laws, bent, looped, behind, w, k, 0, work)
-                    _kick(tree, own, down, driving, w, room, work)
-                    _impelled(driving, 0, work)
-                if others and not known:
-                    slopes(tree, own, room, 0, work.faster, tangents)
-                    _answers(size, work, tangents)
-                    if bent.loaded:
-                        hanging(tree, own, down, room, tangents.at_rest)
+                    _lead(world, torques, w, k, others, rooms[0], tangents, work)
                 if kept.shape[0]:
                     _exchanged(known, kept, w, step, work, tangents)
-                if known and (last // each) % figures.shape[0] != first:
-                    _moved_again(tree, own, down, room, tangents, work)
+                if known and world.of[others] != world.of[0]:
+                    _moved_again(world, w, rooms[0], tangents, work)
                 for r in range(1, rows):
-                    n = r * windows + w
-                    s = (n // each) % figures.shape[0]
-                    if bent.loaded:
-                        _loaded_near(
-                            tree, figures[s], gravity[s], s != first, r, other, tangents, work
-                        )
-                    _driven(driving, laws, bent, looped, behind, n, k, r, work)
-                    if s != first:
-                        more = gravity[s] - down
-                        weighing(tree, own, figures[s], more, room, tangents, r, work.more)
-                    _follow(driving, w, n, r, tangents, work)
+                    _follow(world, torques, w, k, r, rooms, tangents, work)
                     _impelled(driving, r, work)
                 _moved_on(work)
                 step += 1
             _drift(-0.5, work)
-            for r in range(rows):
-                for j in range(size):
-                    q[k + 1, r * windows + w, j] = work.q[r, j]
-                    dq[k + 1, r * windows + w, j] = work.dq[r, j]
+            _reached(w, windows, q[k + 1], dq[k + 1], work)
 
 
 @compiled_in_place
-def _begun(play: Play, w: int, windows: int, q: Array, dq: Array, work: Work) -> Any:
+def _sampled(
+    world: World,
+    torques: Torques,
+    w: int,
+    k: int,
+    known: int,
+    rooms: Any,
+    tangents: Slopes,
+    work: Work,
+) -> Any:
+    """Fill how the torques of all states fall with the rates, at the begin of a sample period."""
+    own, bent = world.of[0], torques.bent
+    if bent.loaded:
+        _loaded(world, 0, rooms[0], work)
+    if bent.loaded and work.q.shape[0] > 1:
+        inertia(world.tree, rooms[0], work.inverse[0])
+        hanging(world.tree, world.figures[own], world.gravity[own], rooms[0], tangents.at_rest)
+    for r in range(known, work.q.shape[0]):
+        n = r * world.windows + w
+        if bent.loaded and r:
+            _loaded_near(world, r, rooms[1], tangents, work)
+        _slowed(torques.driving, torques.laws, bent, n, k, r, work)
+        _slowed_by_loops(torques.looped, torques.behind, n, k, r, work)
+
+
+@compiled_in_place
+def _lead(
+    world: World,
+    torques: Torques,
+    w: int,
+    k: int,
+    others: int,
+    room: Room,
+    tangents: Slopes,
+    work: Work,
+) -> Any:
+    """Kick the first state of a window; where others follow, fill the slopes at its motion."""
+    tree, s, loaded = world.tree, world.of[0], torques.bent.loaded
+    own, down = world.figures[s], world.gravity[s]
+    placed(tree, own, 0, work.q, room)
+    if loaded:
+        bias_torques(tree, own, down, 0, work.none, room, work.load)
+    _driven(torques, w, k, 0, work)
+    _kick(tree, own, down, torques.driving, w, room, work)
+    _impelled(torques.driving, 0, work)
+    if others:
+        slopes(tree, own, room, 0, work.faster, tangents)
+        _answers(work, tangents)
+        if loaded:
+            hanging(tree, own, down, room, tangents.at_rest)
+
+
+@compiled_in_place
+def _reached(w: int, windows: int, q: Array, dq: Array, work: Work) -> Any:
+    """Fill the rows of a window in angles and rates (N, J)."""
+    for r in range(work.q.shape[0]):
+        for j in range(work.q.shape[1]):
+            n = r * windows + w
+            q[n, j], dq[n, j] = work.q[r, j], work.dq[r, j]
+
+
+@compiled_in_place
+def _begun(world: World, each: int, play: Play, w: int, q: Array, dq: Array, work: Work) -> Any:
     """Begin with the states of a window."""
     for r in range(work.q.shape[0]):
-        n = r * windows + w
+        n = r * world.windows + w
+        world.of[r] = (n // each) % world.figures.shape[0]
         for j in range(work.q.shape[1]):
             work.q[r, j], work.dq[r, j] = q[0, n, j], dq[0, n, j]
             work.gap[r, j] = play.gap[at(play.gap, n), j]
@@ -194,36 +243,27 @@ def _exchanged(known: int, kept: Array, w: int, t: int, work: Work, tangents: Sl
 
 
 @compiled_in_place
-def _moved_again(
-    tree: Tree, figures: Array, gravity: float, room: Room, tangents: Slopes, work: Work
-) -> Any:
+def _moved_again(world: World, w: int, room: Room, tangents: Slopes, work: Work) -> Any:
     """Place the links of the first state, moving as they did."""
-    placed(tree, figures, 0, work.q, room)
-    moving(tree, figures, gravity, 0, work.mean, room)
-    accelerated(tree, room, 0, work.faster, tangents)
+    s = world.of[0]
+    placed(world.tree, world.figures[s], 0, work.q, room)
+    moving(world.tree, world.figures[s], world.gravity[s], 0, work.mean, room)
+    accelerated(world.tree, room, 0, work.faster, tangents)
 
 
 @compiled_in_place
-def _loaded(tree: Tree, figures: Array, gravity: float, r: int, room: Room, work: Work) -> Any:
+def _loaded(world: World, r: int, room: Room, work: Work) -> Any:
     """Fill the bias of a joint at rest, which is the load with the other sign."""
-    placed(tree, figures, r, work.q, room)
-    bias_torques(tree, figures, gravity, r, work.none, room, work.load)
+    own, down = world.figures[world.of[r]], world.gravity[world.of[r]]
+    placed(world.tree, own, r, work.q, room)
+    bias_torques(world.tree, own, down, r, work.none, room, work.load)
 
 
 @compiled_in_place
-def _loaded_near(
-    tree: Tree,
-    figures: Array,
-    gravity: float,
-    heavier: int,
-    r: int,
-    room: Room,
-    tangents: Slopes,
-    work: Work,
-) -> Any:
-    """The same of a state near the first one, which has other inertial figures or not."""
-    if heavier:
-        _loaded(tree, figures, gravity, r, room, work)
+def _loaded_near(world: World, r: int, room: Room, tangents: Slopes, work: Work) -> Any:
+    """The same of a state near the first one; what has other figures is found by itself."""
+    if world.of[r] != world.of[0]:
+        _loaded(world, r, room, work)
         return
     for i in range(work.q.shape[1]):
         work.load[r, i] = work.load[0, i]
@@ -232,21 +272,11 @@ def _loaded_near(
 
 
 @compiled_in_place
-def _driven(
-    driving: Driving,
-    laws: Any,
-    bent: Bent,
-    looped: Looped,
-    behind: Any,
-    n: int,
-    k: int,
-    r: int,
-    work: Work,
-) -> Any:
+def _driven(torques: Torques, n: int, k: int, r: int, work: Work) -> Any:
     """Fill all torques of a state."""
-    _looped(looped, behind, n, k, r, work)
-    _pulled(driving, laws, bent, n, k, r, work)
-    _geared(driving, n, k, r, work)
+    _looped(torques.looped, torques.behind, n, k, r, work)
+    _pulled(torques.driving, torques.laws, torques.bent, n, k, r, work)
+    _geared(torques.driving, n, k, r, work)
 
 
 @compiled_in_place
@@ -367,9 +397,9 @@ def _kick(
 
 
 @compiled_in_place
-def _answers(size: int, work: Work, tangents: Slopes) -> Any:
+def _answers(work: Work, tangents: Slopes) -> Any:
     """Fill what rates a substep makes of torques, and less of those that the mean rates feel."""
-    step, inverse, back = work.h[0, 0], work.inverse[0], work.back
+    size, step, inverse, back = work.q.shape[1], work.h[0, 0], work.inverse[0], work.back
     for i in range(size):
         for j in range(size):
             back[1, i, j] = 0.0
@@ -383,15 +413,31 @@ def _answers(size: int, work: Work, tangents: Slopes) -> Any:
 
 
 @compiled_in_place
-def _follow(driving: Driving, first: int, n: int, r: int, tangents: Slopes, work: Work) -> Any:
+def _follow(
+    world: World,
+    torques: Torques,
+    w: int,
+    k: int,
+    r: int,
+    rooms: Any,
+    tangents: Slopes,
+    work: Work,
+) -> Any:
     """Fill the rates of a state near the first one, with the impulses of that.
 
     Equations of motion linear in what the two differ by, at the acceleration of the first.
     """
-    size, step, inverse, back = work.q.shape[1], work.h[0, 0], work.inverse, work.back
-    by_angle, by_rate = tangents.by_angle, tangents.by_rate
+    n, first, driving = r * world.windows + w, world.of[0], torques.driving
+    s, size, step = world.of[r], work.q.shape[1], work.h[0, 0]
+    inverse, back, by_angle, by_rate = work.inverse, work.back, tangents.by_angle, tangents.by_rate
+    if torques.bent.loaded:
+        _loaded_near(world, r, rooms[1], tangents, work)
+    _driven(torques, n, k, r, work)
+    if s != first:
+        more, was = world.gravity[s] - world.gravity[first], world.figures[first]
+        weighing(world.tree, was, world.figures[s], more, rooms[0], tangents, r, work.more)
     for i in range(size):
-        apart = _diagonal(driving, n, r, i, work) - _diagonal(driving, first, 0, i, work)
+        apart = _diagonal(driving, n, r, i, work) - _diagonal(driving, w, 0, i, work)
         more = work.more[r, i] + apart * work.faster[0, i]
         for j in range(size):
             more += by_angle[i, j] * (work.q[r, j] - work.q[0, j])
