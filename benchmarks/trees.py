@@ -7,14 +7,13 @@ import time
 import numpy as np
 
 from leo_sim.description.robot import load_robot, Robot
-from leo_sim.dynamics.rigid import Rigid, Single
-from leo_sim.dynamics.spatial import Spatial
+from leo_sim.dynamics.spatial import Single, Spatial
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed
 from leo_sim.model import Model, rollout
 
 ROUNDS, WINDOWS, STEPS, PERIOD = 7, 40, 15, 0.03
-BODIES = {'pendulum': (Single, Spatial, Rigid), 'double_pendulum': (Spatial, Rigid)}
+BODIES = {'pendulum': (Single, Spatial)}
 
 
 def model_of(robot: Robot, body: type, effects: tuple[Placed, ...]) -> Model:

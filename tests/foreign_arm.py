@@ -19,7 +19,7 @@ import yaml
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.urdf import Body
-from leo_sim.dynamics.rigid import Rigid
+from leo_sim.dynamics.spatial import Spatial
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 EPOCH = 1_700_000_000.0
@@ -64,9 +64,9 @@ class Arm:
         self.limits = robot.limits
         values = {path: c.value for path, c in robot.constants.items()}
         links: dict[str, Body] = bodies(robot.links, robot.joints, values)
-        self.ideal = Rigid(robot.joints, links, values['gravity'])
+        self.ideal = Spatial(robot.joints, links, values['gravity'])
         links |= {n: replace(links[n], mass=links[n].mass + m) for n, m in (added or {}).items()}
-        self.rigid = Rigid(robot.joints, links, values['gravity'])
+        self.rigid = Spatial(robot.joints, links, values['gravity'])
 
     def rate(self, y: np.ndarray, u: np.ndarray) -> np.ndarray:
         """d/dt of (q, dq) under the torques u, N m."""

@@ -11,14 +11,14 @@ from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.common.compiled import compiled_without_gil
 from leo_sim.description.joint import columns, Joint
 from leo_sim.description.urdf import Body
-from leo_sim.dynamics.inertia import at, Compiled, Factor, inverted, kicked
+from leo_sim.dynamics.inertia import at, Compiled, Dynamics, Factor, inverted, kicked
 from leo_sim.dynamics.planar import KINDS
 from leo_sim.dynamics.tree_kernel import bias_torques, FIGURES, inertia, placed, room_for, Tree
 from leo_sim.kinematics.frames import turning_parts
 
 
 class Spatial(Compiled):
-    """The numbers of `leo_sim.dynamics.rigid.Rigid`, compiled.
+    """Inertia and bias of a tree with any leading axes.
 
     Inertial figures are floats, or arrays (S, 1) that scan S values, (W,) or (S, W) of W windows
     that differ; so is gravity, m/s2. `leading` are the axes of these. The world is figures
@@ -52,6 +52,27 @@ class Spatial(Compiled):
 
     def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
         dynamics(self.tree, *self.world, self.each(shape), q, dq, mass, bias)
+
+
+class Single(Dynamics):
+    """The equations of motion of one joint, as `Spatial` has them.
+
+    The rotation of a hinge is linear in the cosine and the sine of its angle, so gravity and
+    external forces load it by a + b cos q + c sin q. They load a slide by a constant.
+    """
+
+    def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
+        tree = Spatial(joints, bodies, gravity)
+        ahead, aside, behind = (tree.load(np.array([a])) for a in (0.0, 0.5 * np.pi, np.pi))
+        self._mass = tree.mass_and_bias(np.zeros(1), np.zeros(1))[0]
+        self._mean, self._cosine = 0.5 * (ahead + behind), 0.5 * (ahead - behind)
+        self._sine = aside - self._mean
+
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
+        return self._mass, -self.load(q)
+
+    def load(self, q: Array) -> Any:
+        return self._mean + self._cosine * np.cos(q) + self._sine * np.sin(q)
 
 
 def _tree(joints: Sequence[Joint]) -> Tree:

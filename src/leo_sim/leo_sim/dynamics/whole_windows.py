@@ -86,8 +86,8 @@ def run(
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
     others = _near(lead, gears.gap) if near else 0
     kept = _kept(near, driving, lead[-1], size) if others else (np.empty((0, 0, 0)), 0)
-    given = tree.each(lead), others, *kept
-    run_states(tree.tree, *tree.world, *given, driving, gears, *bent, *loops, angles, rates)
+    bodies = tree.tree, *tree.world, tree.each(lead), others
+    run_states(*bodies, *kept, driving, gears, *bent, *loops, angles, rates)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 

@@ -75,7 +75,7 @@ class Bent(NamedTuple):
     values: Array  # their parameters, 0 where there is none, (B, N, 3)
     acts: Indices  # 1 at the joints where they act, (B, J)
     dry: Indices  # 1 where the law is one of dry friction, (B,)
-    count: int  # how many there are; those after them do nothing
+    asked: int  # how many there are; those after them do nothing
     loaded: int  # whether one looks at the load, 1 or 0
 
 

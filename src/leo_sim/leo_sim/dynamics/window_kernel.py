@@ -285,7 +285,7 @@ def _slowed(driving: Driving, laws: Any, bent: Bent, n: int, k: int, r: int, wor
     for j in range(work.q.shape[1]):
         q, dq, load = work.q[r, j], work.dq[r, j], -work.load[r, j]
         work.falling[r, j] = driving.falling[k, n, j]
-        for b in range(bent.count):
+        for b in range(bent.asked):
             if bent.acts[b, j] and not bent.dry[b]:
                 a, e, f = bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2]
                 here = laws[b](a, e, f, q, dq, 0.0, load)
@@ -307,7 +307,7 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, r: int, wor
             motor += work.servo[r, j]
         if work.gap[r, j] > 0.0:
             pull -= driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
-        for b in range(bent.count):
+        for b in range(bent.asked):
             if bent.acts[b, j]:
                 a, e, f = bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2]
                 torque = laws[b](a, e, f, q, dq, motor, load)

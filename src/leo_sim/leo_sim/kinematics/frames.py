@@ -42,14 +42,6 @@ def add(a: Any, b: Any) -> Any:
     return a + b
 
 
-def sub(a: Any, b: Any) -> Any:
-    if b.__class__ is float and b == 0.0:
-        return a
-    if a.__class__ is float and a == 0.0:
-        return -b
-    return a - b
-
-
 def dot(a: Vec, b: Vec) -> Any:
     return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
 
@@ -66,25 +58,11 @@ def scaled(factor: Numbers, a: Vec) -> Vec:
     return mul(factor, a[0]), mul(factor, a[1]), mul(factor, a[2])
 
 
-def cross(a: Vec, b: Vec) -> Vec:
-    if a is ZERO or b is ZERO:
-        return ZERO
-    return (
-        sub(mul(a[1], b[2]), mul(a[2], b[1])),
-        sub(mul(a[2], b[0]), mul(a[0], b[2])),
-        sub(mul(a[0], b[1]), mul(a[1], b[0])),
-    )
-
-
 def turned(r: Mat, a: Vec) -> Vec:
     """Matrix (9 components, row by row) times vector."""
     if a is ZERO:
         return ZERO
     return dot((r[0], r[1], r[2]), a), dot((r[3], r[4], r[5]), a), dot((r[6], r[7], r[8]), a)
-
-
-def transposed(r: Mat) -> Mat:
-    return r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]
 
 
 def product(r: Mat, s: Mat) -> Mat:
@@ -97,24 +75,6 @@ def symmetric(i: Sequence[Any]) -> Mat:
     """A full matrix from (xx, yy, zz, xy, xz, yz)."""
     xx, yy, zz, xy, xz, yz = i
     return xx, xy, xz, xy, yy, yz, xz, yz, zz
-
-
-def steiner(mass: Numbers, moment: Vec, shift: Vec) -> Mat:
-    """What a new reference point adds to a rotational inertia (full matrix).
-
-    The first moment is about the old one, which is at `shift` as seen from the new one.
-    """
-    twice = mul(2.0, dot(shift, moment))
-    square = add(twice, mul(mass, dot(shift, shift)))
-    result = []
-    for row in range(3):
-        for column in range(3):
-            outer = add(
-                add(mul(shift[row], moment[column]), mul(moment[row], shift[column])),
-                mul(mass, mul(shift[row], shift[column])),
-            )
-            result.append(sub(square if row == column else 0.0, outer))
-    return tuple(result)
 
 
 UNIT: Mat = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)

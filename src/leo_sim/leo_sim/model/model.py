@@ -18,8 +18,7 @@ from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
 from leo_sim.dynamics.planar import Planar
-from leo_sim.dynamics.rigid import Single
-from leo_sim.dynamics.spatial import Spatial
+from leo_sim.dynamics.spatial import Single, Spatial
 from leo_sim.dynamics.substep import integrate, Period, substeps
 from leo_sim.effects.base import Placed
 from leo_sim.kinematics.gait import Gait

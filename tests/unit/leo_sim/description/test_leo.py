@@ -9,7 +9,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import load_robot
 from leo_sim.dynamics.planar import Planar
-from leo_sim.dynamics.rigid import Rigid
+from leo_sim.dynamics.spatial import Spatial
 from leo_sim.effects import place
 from leo_sim.kinematics.frames import Kinematics
 from leo_sim.kinematics.gait import Gait, Plane
@@ -142,7 +142,7 @@ def test_the_plane_is_the_tree():
         assert Gait(LEO).com_x(q[row]) == pytest.approx(centre)
 
 
-@pytest.mark.parametrize('body', [Planar, Rigid])
+@pytest.mark.parametrize('body', [Planar, Spatial])
 def test_inverse_dynamics_are_those_of_mujoco(body):
     theirs = mujoco.MjModel.from_xml_string(LEO.urdf)
     theirs.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)

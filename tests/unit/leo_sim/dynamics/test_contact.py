@@ -12,7 +12,7 @@ from tests.models import modelled, stepped
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.dynamics import multirate
-from leo_sim.dynamics.rigid import Rigid
+from leo_sim.dynamics.spatial import Spatial
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model, State
 from leo_sim.model.batch import rollout
@@ -179,7 +179,7 @@ def test_periods_in_one_call_are_those_one_by_one_to_the_bit(robot, effect, valu
     together = ends(made, effects)
     calls = []
     kernel = multirate.advance
-    monkeypatch.setattr(multirate, 'Planar', Rigid)
+    monkeypatch.setattr(multirate, 'Planar', Spatial)
     monkeypatch.setattr(multirate, 'advance', lambda *a: calls.append(1) or kernel(*a))
     assert np.array_equal(ends(made, effects), together)
     assert calls

@@ -9,7 +9,6 @@ from tests.gripper import CLAW
 
 from leo_sim.description.joint import columns
 from leo_sim.description.urdf import parse
-from leo_sim.dynamics.rigid import Rigid
 from leo_sim.dynamics.spatial import Spatial
 
 
@@ -26,7 +25,7 @@ def tree():
 
 def test_inertia_and_bias_are_those_of_the_free_tree_through_the_jacobian(tree):
     joints, bodies, ratios = tree
-    free = Rigid([replace(j, leader='', ratio=1.0) for j in joints], bodies, 9.81)
+    free = Spatial([replace(j, leader='', ratio=1.0) for j in joints], bodies, 9.81)
     rng = np.random.default_rng(1)
     q, dq = rng.uniform(-2, 2, (7, 2)), rng.uniform(-5, 5, (7, 2))
     mass, bias = free.mass_and_bias(q @ ratios.T, dq @ ratios.T)

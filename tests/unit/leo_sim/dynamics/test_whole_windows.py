@@ -240,3 +240,48 @@ class Hose(Effect):
     def law(k, slack, _, q, dq, motor, load):
         return -k * np.maximum(q - slack, 0.0)
 """
+
+
+NEAR = {
+    'nothing': {},
+    'friction': {'viscous_friction': {'b': 0.01}, 'coulomb_friction': {'c': 0.02}},
+    'masses': {'link_mass': {'m': 0.05}, 'external_force': {'x': 0.3, 'z': -0.2}},
+    'friction by load': {'load_dependent_friction': {'mu': 0.05}, 'link_com': {'x': 0.01}},
+    'play and rotors': {'armature': {'J': 0.002}, 'backlash': {'gap': 0.05}},
+}
+
+
+def moved_apart(robot, effects, size, near):
+    """Slopes of readings (rows, W, K + 1, 2J) by start states and parameters, in each way."""
+    joints, rng = len(robot.joint_names), np.random.default_rng(5)
+    names = [(effect, name) for effect, values in effects.items() for name in values]
+    start = np.repeat(0.5 * rng.standard_normal((1, WINDOWS, 2 * joints)), 1 + 2 * joints, axis=0)
+    start[1:] += size * np.eye(2 * joints)[:, None]
+    start = np.concatenate([start, np.repeat(start[:1], len(names), axis=0)])
+    scans = {(e, n): np.full((len(start), 1, 1), effects[e][n]) for e, n in names}
+    for row, name in enumerate(names, 1 + 2 * joints):
+        scans[name][row] += size
+    values = {e: {n: scans[e, n] for n in v} for e, v in effects.items()}
+    model = Model(robot, [place(robot, e, 'all', **v) for e, v in values.items()])
+    inputs = 0.3 * rng.standard_normal((WINDOWS, SAMPLES, len(robot.actuators)))
+    given = model, start[..., :joints], start[..., joints:], inputs, 0.01
+    states = [np.concatenate(rollout(*given, near=n), axis=-1) for n in (False, *near)]
+    return [(y[1:] - y[0]) / size for y in states]
+
+
+@pytest.mark.parametrize('effects', NEAR.values(), ids=NEAR)
+@pytest.mark.parametrize('name', ['pendulum', 'double_pendulum', 'so101'])
+def test_motions_near_one_have_its_finite_differences(name, effects):
+    along = whole_windows.Along()
+    slopes, *others = moved_apart(load_robot(name), effects, 1e-6, (True, along, along))
+    for near in others:
+        scale = np.sqrt((slopes**2).mean(axis=(1, 2, 3), keepdims=True)) + 1e-6
+        assert np.abs((near - slopes) / scale).max() < 5e-2
+        assert np.sqrt((((near - slopes) / scale) ** 2).mean()) < 2e-3
+
+
+def test_what_only_some_have_play_of_is_not_near(monkeypatch):
+    robot, scan = load_robot('pendulum'), np.array([0.0, 0.05])[:, None, None]
+    model = Model(robot, [place(robot, 'backlash', 'all', gap=scan)])
+    given = np.zeros((2, 3, 1)), np.ones((2, 3, 1)), np.zeros((3, 4, 1)), 0.01
+    assert np.array_equal(rollout(model, *given), rollout(model, *given, near=True))
