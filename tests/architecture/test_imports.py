@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who may import whom: the contracts of import-linter in pyproject.toml, and what needs ROS."""
+"""Who may import whom: the contracts of import-linter in pyproject.toml; what is loaded when."""
 
 from pathlib import Path
 import subprocess
@@ -36,6 +36,11 @@ NEED_ROS = (
 )
 """What cannot be imported without ROS; everything else can."""
 
+SLOW = {
+    *('bokeh', 'matplotlib', 'mcap', 'numba', 'numpy', 'pandas', 'pyarrow', 'pydantic', 'rclpy'),
+    *('rosbags', 'scipy', 'torch'),
+}
+
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:
     """Run a program of this environment in the project's folder."""
@@ -70,6 +75,20 @@ def test_what_needs_ros_is_still_there(known: str) -> None:
     modules = [m for m in MODULES if within(m, known)]
     loaded = {name for m in modules for name in imports(MODULES[m].read_text(), m)}
     assert {name.split('.')[0] for name in loaded} & ROS or loaded & {*NEED_ROS}
+
+
+def test_the_parsers_of_the_verbs_load_nothing_slow() -> None:
+    done = run(
+        sys.executable,
+        '-c',
+        'import sys\n'
+        'from importlib.metadata import entry_points\n'
+        'from leo_msgs_py.verbs.completion import _words\n'
+        "for entry in entry_points(group='leo.verbs'):\n"
+        "    assert _words(entry.load()), f'no help: {entry}'\n"
+        f'    assert not {SLOW} & sys.modules.keys(), entry\n',
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_python_offers_the_commands_as_functions_without_torch() -> None:

@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages as CDR bytes without ROS, as bags hold them."""
+"""Messages as CDR bytes without ROS, as bags hold them.
+
+Of JointStates, of which a bag is full, `rosbags` takes one of each layout; in the others like it
+only stamp and numbers are read or written.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 import struct
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from rosbags.serde import SerdeError
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
+JOINT_STATE = 'sensor_msgs/msg/JointState'
 _CONTROL_MSGS = {
     'control_msgs/msg/InterfaceValue': 'string[] interface_names\nfloat64[] values\n',
     'control_msgs/msg/DynamicJointState': (
@@ -23,7 +28,8 @@ _CONTROL_MSGS = {
     ),
 }
 """What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
-_HEADER_STRINGS = 12  # where frame_id is: behind 4 bytes of encapsulation and the stamp
+_STAMP = 4  # where the stamp is: behind the encapsulation
+_HEADER_STRINGS = 12  # where frame_id is: behind the stamp
 SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)
 
 
@@ -47,6 +53,63 @@ def decode(data: bytes, type_name: str) -> Any:
         with suppress(SerdeError):
             return typestore().deserialize_cdr(data[:end], type_name)
     raise SerdeError(f'not a {type_name}')
+
+
+def decoder(type_name: str) -> Callable[[bytes, str], Any]:
+    """`decode` for many messages of a type, one after the other."""
+    return _JointStateDecoder() if type_name == JOINT_STATE else decode
+
+
+class _JointStateDecoder:
+    def __init__(self) -> None:
+        self._last: dict[int, _Layout] = {}  # by how long a message is
+
+    def __call__(self, data: bytes, _: str) -> Any:
+        like = self._last.get(len(data))
+        if like is None or not like.fits(data):
+            like = self._last[len(data)] = _Layout(data)
+        return like.read(data)
+
+
+class _Layout:
+    """Where stamp and numbers of a JointState are; all else is the same in those like it."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self._first = data, decode(data, JOINT_STATE)
+        order = '<' if data[1] else '>'
+        self._stamp, self._float = struct.Struct(f'{order}iI'), np.dtype(f'{order}f8')
+        self._numbers = list(_numbers(data, order))
+        ends = [_HEADER_STRINGS, *(at + 8 * count for at, count in self._numbers)]
+        between = zip(ends, (at for at, _ in self._numbers), strict=False)
+        self._same = [(slice(a, b), data[a:b]) for a, b in [(0, _STAMP), *between]]
+
+    def fits(self, data: bytes) -> bool:
+        """Whether a message as long as the first is like it."""
+        return all(data[at] == same for at, same in self._same)
+
+    def read(self, data: bytes) -> Any:
+        header = self._first.header
+        stamp = type(header.stamp)(*self._stamp.unpack_from(data, _STAMP))
+        columns = (np.frombuffer(data, self._float, n, at) for at, n in self._numbers)
+        return type(self._first)(type(header)(stamp, header.frame_id), self._first.name, *columns)
+
+    def written(self, stamp_ns: int, columns: Sequence[NDArray[np.float64]]) -> bytes:
+        data = bytearray(self._data)
+        self._stamp.pack_into(data, _STAMP, *divmod(int(stamp_ns), 1_000_000_000))
+        for (at, count), column in zip(self._numbers, columns, strict=True):
+            data[at : at + 8 * count] = column.tobytes()
+        return bytes(data)
+
+
+def _numbers(data: bytes, order: str) -> Iterator[tuple[int, int]]:
+    """Where position, velocity and effort begin in a JointState, and how many each are."""
+    at = _HEADER_STRINGS + len(joints_text(data))
+    for _ in range(3):
+        at = _aligned(at)
+        (count,) = struct.unpack_from(f'{order}I', data, at)
+        at += 4 + (-at % 8 if count else 0)  # of what is behind the 4 bytes, a number begins at 8s
+        yield at, count
+        at += 8 * count
 
 
 def joints_text(data: bytes) -> bytes:
@@ -79,8 +142,14 @@ def joint_state(
     Measured at a time [ns]; columns are (J,) or empty: position [rad] (m), velocity [rad/s] (m/s),
     effort [N m] (N; V or A where the topic says so).
     """
-    columns = (np.asarray(values, np.float64) for values in (position, velocity, effort))
-    return _message('sensor_msgs/msg/JointState', _header(stamp_ns), list(names), *columns)
+    columns = [np.asarray(values, np.float64) for values in (position, velocity, effort)]
+    return _like(tuple(names), *map(len, columns)).written(stamp_ns, columns)
+
+
+@lru_cache(maxsize=64)
+def _like(names: tuple[str, ...], *counts: int) -> _Layout:
+    columns = map(np.zeros, counts)
+    return _Layout(_message(JOINT_STATE, _header(0), list(names), *columns))
 
 
 def uint32(number: int) -> bytes:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs import common
-from leo_sim.effects.consent import add_effect_argument
+from leo_sim.common.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording

@@ -15,12 +15,11 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_together
-from leo_sim.effects.consent import add_effect_argument
-from leo_sim.export.formats import export, Format, FORMATS
-from leo_sim.model.model_file import load_model
+from leo_sim.common.consent import add_effect_argument
+from leo_sim.export.formats import Format, FORMATS
 
 if TYPE_CHECKING:
-    from leo_sim.export.formats import Export
+    from leo_sim.export.files import Export
     from leo_sim.model import Model
 
 EXAMPLES = (
@@ -42,6 +41,10 @@ COLUMNS = {
 
 def main(argv: list[str]) -> int:
     options = _parser().parse_args(argv)
+
+    from leo_sim.export.files import export
+    from leo_sim.model.model_file import load_model
+
     format_, output = _chosen(options)
     model = load_model(options.model)
     made = export(model, options.model, format_, output)

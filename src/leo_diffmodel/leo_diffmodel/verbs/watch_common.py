@@ -12,15 +12,15 @@ from threading import Thread
 from typing import Any, TYPE_CHECKING
 import webbrowser
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
 from leo_msgs_py.verbs.common import Parser
-from leo_sim.model import Model
 
 if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recording
     from leo_diffmodel.next_run.menu import MotionRun
     from leo_diffmodel.next_run.run_file import Run
     from leo_diffmodel.watch.next_run import Plan
+    from leo_sim.model import Model
 
 ABOUT = 'leo watch: a page where the robot, its model and the missing effect stand side by side.'
 EXAMPLES = (

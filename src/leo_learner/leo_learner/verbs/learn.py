@@ -17,7 +17,7 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_msgs_py.whole_file import write_whole
-from leo_sim.effects.consent import add_effect_argument, words
+from leo_sim.common.consent import add_effect_argument, words
 
 if TYPE_CHECKING:
     from leo_learner.training.loop import TrainingLoop

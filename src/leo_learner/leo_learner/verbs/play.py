@@ -11,14 +11,10 @@ from pathlib import Path
 import sys
 from typing import Any, TYPE_CHECKING
 
-from leo_diffmodel.next_run.run_file import is_run_file
-from leo_learner.verbs.play_run import play_run, playing, run_text
-from leo_learner.verbs.play_scripted import motion_text, play_motion, unknown
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
-from leo_sim.effects.consent import add_effect_argument
-from leo_sim.task.motions import MOTIONS
+from leo_sim.common.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
@@ -93,6 +89,9 @@ def main(argv: list[str]) -> int:
 
 
 def _check(options: Any) -> None:
+    from leo_diffmodel.next_run.run_file import is_run_file
+    from leo_sim.task.motions import MOTIONS
+
     run, motion = is_run_file(options.policy), str(options.policy) in MOTIONS
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
@@ -115,6 +114,11 @@ def _check(options: Any) -> None:
 
 
 def _played_by(options: Any, ros_args: list[str]) -> tuple[dict[str, Any], Callable[..., str]]:
+    from leo_diffmodel.next_run.run_file import is_run_file
+    from leo_learner.verbs.play_run import play_run, run_text
+    from leo_learner.verbs.play_scripted import motion_text, play_motion
+    from leo_sim.task.motions import MOTIONS
+
     if is_run_file(options.policy):
         return play_run(options, ros_args), run_text
     if str(options.policy) in MOTIONS:
@@ -128,6 +132,8 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.learning.collect import collect
     from leo_learner.learning.policy import Policy, shipped
     from leo_learner.training.loop import play
+    from leo_learner.verbs.play_run import playing
+    from leo_learner.verbs.play_scripted import unknown
     from leo_sim.model.model_file import load_model
 
     if not options.policy.is_file() and str(options.policy) not in shipped():

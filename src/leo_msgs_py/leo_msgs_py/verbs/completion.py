@@ -32,7 +32,7 @@ complete -o bashdefault -o default -F _leo leo
 """
 ZSH = 'autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashcompinit\n'
 _OPTION = re.compile(r'(?<![\w-])--[a-z][a-z-]*')
-_SUB_VERBS = re.compile(r'^ +([a-z_-]+(?:\|[a-z_-]+)+)$', re.MULTILINE)
+_SUB_VERBS = re.compile(r'^ +([a-z0-9_-]+(?:\|[a-z0-9_-]+)+)$', re.MULTILINE)
 
 
 def main(argv: list[str]) -> int:
