@@ -64,9 +64,7 @@ def _parser() -> Parser:
         metavar='EFFECT[:WHERE] PARAM=VALUE',
     )
     arguments.add_argument('--from', dest='source', metavar='explain.json')
-    arguments.add(
-        '--robot', 'move it to this robot or model with the same places', metavar='OTHER'
-    )
+    arguments.add('--robot OTHER', 'move it to this robot or model with the same places')
     add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
     arguments.add_json()

@@ -72,7 +72,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     arguments = common.parser('check', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add('-o', 'write check.json here', dest='output', metavar='DIR')
+    arguments.add('-o DIR', 'write check.json here', dest='output')
     return arguments
 
 

@@ -40,7 +40,7 @@ def add_model_arguments(arguments: Parser, several: bool = False) -> None:
         required=True,
         action='append' if several else 'store',
     )
-    arguments.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
+    arguments.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(arguments)
     arguments.add_json()
 
@@ -49,7 +49,7 @@ def add_bag_arguments(
     arguments: Parser, hold_out: bool = True, step: bool = True, several: bool = False
 ) -> None:
     """Bags or parts of them, the model; held-out bags and a length of steps where they count."""
-    arguments.add('bags', 'a rosbag2 folder or .mcap file', nargs='+', metavar='BAG')
+    arguments.add('bags BAG', 'a rosbag2 folder or .mcap file', nargs='+')
     add_model_arguments(arguments, several)
     for option, name in (('--from', 'begin'), ('--to', 'end')):
         about = f'{name} there, in seconds from the first state of each bag'
@@ -58,7 +58,7 @@ def add_bag_arguments(
         arguments.add('--step', 'length of one step [s]', type=float)
     arguments.set_defaults(hold_out=[])
     if hold_out:
-        arguments.add('--hold-out', 'bags no fit may see', nargs='+', metavar='BAG')
+        arguments.add('--hold-out BAG', 'bags no fit may see', nargs='+')
 
 
 def add_search_arguments(arguments: Parser) -> None:

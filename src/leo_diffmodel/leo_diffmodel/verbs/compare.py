@@ -59,7 +59,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     arguments = common.parser('compare', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, several=True)
-    arguments.add('-o', 'write JSON and report here', dest='output', metavar='DIR')
+    arguments.add('-o DIR', 'write JSON and report here', dest='output')
     return arguments
 
 

@@ -72,24 +72,22 @@ def main(argv: list[str]) -> int:
 
 def _parser() -> Parser:
     parser = common.parser('export', __doc__ or '', EXAMPLES)
-    parser.add('model', 'a model file, a robot name or a robot folder', metavar='MODEL')
+    parser.add('model MODEL', 'a model file, a robot name or a robot folder')
     parser.add('--to', 'the format; where -o is given, its ending says it', choices=FORMATS)
     endings = ', '.join(f'FILE{f.ending} is {f.name}' for f in FORMATS.values())
     parser.add(
-        '-o',
+        '-o FILE',
         f'a new file: {endings}; by default the name of MODEL, here',
         dest='output',
         type=Path,
-        metavar='FILE',
     )
     parser.add(
-        '--check',
+        '--check BAG',
         'print the errors on these recordings: the model as it is, less what the format '
         'does not hold, and (MJCF) MuJoCo with the exported file',
         nargs='+',
-        metavar='BAG',
     )
-    parser.add('--topic-map', 'other names in the bags', metavar='MAP.yaml')
+    parser.add('--topic-map MAP.yaml', 'other names in the bags')
     add_effect_argument(parser)
     parser.add_json()
     return parser

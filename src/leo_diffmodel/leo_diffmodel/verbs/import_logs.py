@@ -111,22 +111,15 @@ def _parser() -> Parser:
         f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
     parser.add(
-        'logs',
-        'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set',
-        nargs='+',
-        metavar='LOG',
+        'logs LOG', 'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set', nargs='+'
     )
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')
     which.add_argument(
         '--guess', action='store_true', help='write a column map with what was guessed and why'
     )
-    parser.add(
-        '--model', 'with --guess: take joints, units and the input from a robot', metavar='ROBOT'
-    )
-    parser.add(
-        '-o --output', 'folder to make; with --guess the file (LOG_map.yaml)', metavar='BAG'
-    )
+    parser.add('--model ROBOT', 'with --guess: take joints, units and the input from a robot')
+    parser.add('-o --output BAG', 'folder to make; with --guess the file (LOG_map.yaml)')
     several = parser.add_mutually_exclusive_group()
     several.add_argument(
         '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG'

@@ -83,13 +83,9 @@ def check_driven(model: Model) -> None:
 def _parser() -> Parser:
     arguments = common.parser('next', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add(
-        '--explain', 'folder of leo explain -o for the same bags and model', metavar='DIR'
-    )
-    arguments.add('--seconds', 'length of the run', type=float, default=SECONDS)
-    arguments.add(
-        '-o', 'the run to write', dest='output', default='next_run.csv', metavar='FILE.csv'
-    )
+    arguments.add('--explain DIR', 'folder of leo explain -o for the same bags and model')
+    arguments.add('--seconds', 'length of the run', default=SECONDS)
+    arguments.add('-o FILE.csv', 'the run to write', dest='output', default='next_run.csv')
     return arguments
 
 

@@ -55,9 +55,7 @@ def parser() -> Parser:
 
 
 def add_page_arguments(arguments: Parser) -> None:
-    arguments.add(
-        '-o', "where 'add to model' writes; without, nowhere", dest='output', metavar='DIR'
-    )
+    arguments.add('-o DIR', "where 'add to model' writes; without, nowhere", dest='output')
     arguments.add('--port', 'to listen on (by default a free one)', type=_port, default=0)
     arguments.flag('--no-browser', 'only print the address')
 

@@ -59,18 +59,17 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     parser = Parser('leo datasheet', 'The figures of a motor, with intervals.', EXAMPLES)
     parser.add(
-        'inputs',
+        'inputs BAG',
         'recordings of the motor with a known load; none: the running robot is driven; '
         'or datasheet.json files, side by side',
         nargs='*',
-        metavar='BAG',
     )
-    parser.add('--model --robot', 'a model file, a robot name or folder', metavar='M')
-    parser.add('--joint', 'which motor, where there are several', metavar='J')
-    parser.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
-    parser.add('--motion', 'write the motion, no more', type=Path, metavar='CSV')
+    parser.add('--model --robot M', 'a model file, a robot name or folder')
+    parser.add('--joint J', 'which motor, where there are several')
+    parser.add('--topic-map MAP.yaml', 'other topic and joint names')
+    parser.add('--motion CSV', 'write the motion, no more', type=Path)
     parser.flag('--yes', 'drive without asking (as leo play)')
-    parser.add('-o', 'write JSON and page here', dest='output', metavar='DIR')
+    parser.add('-o DIR', 'write JSON and page here', dest='output')
     add_effect_argument(parser)
     parser.add_json()
     return parser

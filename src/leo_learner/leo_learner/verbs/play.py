@@ -40,44 +40,34 @@ def main(argv: list[str]) -> int:
         'leo play', 'Run a policy, a run file or a motion, on the robot or a model.', EXAMPLES
     )
     parser.add(
-        'policy',
+        'policy POLICY',
         'policy.safetensors of leo learn, the name of a shipped one, a run '
         'file (.csv) of leo next, or a motion of a walker: swinging '
         '(hanging), standing, stepping (with its falls)',
         type=Path,
-        metavar='POLICY',
     )
-    parser.add('--model', 'model file or robot; without it the robot', metavar='M')
+    parser.add('--model M', 'model file or robot; without it the robot')
     parser.add(
-        '--difference',
+        '--difference FILE',
         'say where a policy leaves the data of this difference model, on M '
         'corrected by it, or on the robot',
         type=Path,
-        metavar='FILE',
     )
     parser.add(
-        '--bag',
+        '--bag DIR',
         'write what it did to a bag: what M did, and without --model what '
         'the ideal robot did under a policy, or the running one otherwise',
         type=Path,
-        metavar='DIR',
     )
     parser.flag('--yes', 'send a run file without asking, unless it hits a stop')
     parser.add(
-        '--predict',
+        '--predict M',
         'model file for the dry run of a run file before it is sent (the robot it names)',
-        metavar='M',
     )
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
-    parser.add('--collect', 'drive STEPS with noise', type=int, metavar='STEPS')
-    parser.add('--seconds', 'length of a motion (10)', type=float, metavar='T')
-    parser.add(
-        '--seed',
-        'of random starts, and of the figures of a motion',
-        type=int,
-        default=0,
-        metavar='S',
-    )
+    parser.add('--collect STEPS', 'drive STEPS with noise', type=int)
+    parser.add('--seconds T', 'length of a motion (10)', type=float)
+    parser.add('--seed S', 'of random starts, and of the figures of a motion', default=0)
     add_effect_argument(parser)
     parser.add_json()
     words, ros_args = ros_args_apart(argv)

@@ -46,8 +46,16 @@ class Parser(argparse.ArgumentParser):
         raise UserError(f"{self.prog}: {message}; see '{self.prog} --help'")
 
     def add(self, names: str, about: str, **options: Any) -> None:
-        """Accept an argument by its names; `options` are those of `add_argument`."""
-        self.add_argument(*names.split(), help=about, **options)
+        """Accept an argument by its names, and in capitals what it takes: '-o --output DIR'.
+
+        It is of the type of a default; other `options` are those of `add_argument`.
+        """
+        first, *more = names.split()
+        if more and more[-1][0].isupper():
+            options['metavar'] = more.pop()
+        if isinstance(options.get('default'), int | float):
+            options.setdefault('type', type(options['default']))
+        self.add_argument(first, *more, help=about, **options)
 
     def flag(self, names: str, about: str) -> None:
         self.add(names, about, action='store_true')
