@@ -57,18 +57,17 @@ def decode(data: bytes, type_name: str) -> Any:
 
 def decoder(type_name: str) -> Callable[[bytes, str], Any]:
     """`decode` for many messages of a type, one after the other."""
-    return _JointStateDecoder() if type_name == JOINT_STATE else decode
+    if type_name != JOINT_STATE:
+        return decode
+    last: dict[int, _Layout] = {}  # by how long a message is
 
-
-class _JointStateDecoder:
-    def __init__(self) -> None:
-        self._last: dict[int, _Layout] = {}  # by how long a message is
-
-    def __call__(self, data: bytes, _: str) -> Any:
-        like = self._last.get(len(data))
+    def read(data: bytes, _: str) -> Any:
+        like = last.get(len(data))
         if like is None or not like.fits(data):
-            like = self._last[len(data)] = _Layout(data)
+            like = last[len(data)] = _Layout(data)
         return like.read(data)
+
+    return read
 
 
 class _Layout:

@@ -81,7 +81,6 @@ def _parser(name: str) -> Parser:
         metavar='FILE',
         help='results page, figures beside it',
     )
-    parser.add_json()
     return parser
 
 

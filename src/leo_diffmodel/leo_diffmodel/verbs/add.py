@@ -67,5 +67,4 @@ def _parser() -> Parser:
     arguments.add('--robot OTHER', 'move it to this robot or model with the same places')
     add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
-    arguments.add_json()
     return arguments

@@ -67,7 +67,6 @@ def _record(argv: list[str]) -> int:
     parser = _parser('record', 'Record topics until Ctrl-C.')
     parser.add('topics TOPIC', "default: the graph's topics", nargs='*')
     parser.add('-o --output DIR', 'folder to make', type=Path)
-    parser.add_json()
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
@@ -85,7 +84,6 @@ def _play(argv: list[str]) -> int:
     parser.add(
         '--wait S', 'before the start, so long for a reader of every topic (1 s)', default=1.0
     )
-    parser.add_json()
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
@@ -100,7 +98,6 @@ def _play(argv: list[str]) -> int:
 def _info(argv: list[str]) -> int:
     about = 'Topics, rates, episodes and gaps of a bag; finishes one cut short.'
     parser = _of_a_bag('info', about)
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_diffmodel.bags.info import bag_info, show
@@ -126,7 +123,6 @@ def _show(argv: list[str]) -> int:
     parser.add('--at T', 'begin there; a .png: that pose [s]', type=float)
     parser.add('--seconds S', 'how much to show [s]', type=float)
     parser.add('--poses N', 'in a .png (8)', default=8)
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_diffmodel.picture.bag_picture import show
@@ -148,7 +144,6 @@ def _cut(argv: list[str]) -> int:
     parser.add('--model', 'what --without-outside compares with', default='')
     add_effect_argument(parser)
     parser.add('--topic-map MAP.yaml', 'other topic and joint names')
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_diffmodel.bags.cut import cut_bag
@@ -182,7 +177,6 @@ def _fix(argv: list[str]) -> int:
     parser.add('--model', "the bag's robot by default", default='')
     parser.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(parser)
-    parser.add_json()
     options = parser.parse_args(argv)
     if options.output.exists():
         raise UserError(f'{options.output} exists already; choose another folder')

@@ -42,7 +42,6 @@ def add_model_arguments(arguments: Parser, several: bool = False) -> None:
     )
     arguments.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(arguments)
-    arguments.add_json()
 
 
 def add_bag_arguments(

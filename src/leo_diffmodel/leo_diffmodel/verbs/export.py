@@ -89,7 +89,6 @@ def _parser() -> Parser:
     )
     parser.add('--topic-map MAP.yaml', 'other names in the bags')
     add_effect_argument(parser)
-    parser.add_json()
     return parser
 
 

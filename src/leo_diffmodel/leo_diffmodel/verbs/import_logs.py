@@ -130,7 +130,6 @@ def _parser() -> Parser:
         help='the logs are parts of one run, joined by their times or row by '
         'row; q.csv, dq.csv and tau.csv are so in any case',
     )
-    parser.add_json()
     return parser
 
 

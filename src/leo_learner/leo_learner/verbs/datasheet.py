@@ -71,7 +71,6 @@ def _parser() -> Parser:
     parser.flag('--yes', 'drive without asking (as leo play)')
     parser.add('-o DIR', 'write JSON and page here', dest='output')
     add_effect_argument(parser)
-    parser.add_json()
     return parser
 
 

@@ -33,7 +33,6 @@ def main(argv: list[str]) -> int:
     parser.flag('--quick', 'explain a shipped recording instead: under a minute')
     parser.add('-o --output DIR', 'folder of the run', type=Path)
     parser.flag('--no-browser', 'end without opening the live page on the recording')
-    parser.add_json()
     options = parser.parse_args(argv)
     if options.hidden_seed < 0:
         raise UserError('leo demo: --hidden-seed takes 0 or more')

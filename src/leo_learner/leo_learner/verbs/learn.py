@@ -93,7 +93,6 @@ def command_line() -> Parser:
     parser.add('--resume DIR', 'go on with a run', type=Path)
     parser.add('-o --output DIR', 'folder of the run', type=Path)
     add_effect_argument(parser)
-    parser.add_json()
     return parser
 
 

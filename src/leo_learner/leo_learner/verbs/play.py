@@ -69,7 +69,6 @@ def main(argv: list[str]) -> int:
     parser.add('--seconds T', 'length of a motion (10)', type=float)
     parser.add('--seed S', 'of random starts, and of the figures of a motion', default=0)
     add_effect_argument(parser)
-    parser.add_json()
     words, ros_args = ros_args_apart(argv)
     options = parser.parse_args(words)
     _check(options)

@@ -36,7 +36,8 @@ _SUB_VERBS = re.compile(r'^ +([a-z0-9_-]+(?:\|[a-z0-9_-]+)+)$', re.MULTILINE)
 
 
 def main(argv: list[str]) -> int:
-    parser = Parser('leo completion', 'Print a script with which a shell completes leo.', EXAMPLES)
+    about = 'Print a script with which a shell completes leo.'
+    parser = Parser('leo completion', about, EXAMPLES, json=False)
     parser.add_argument('shell', choices=('bash', 'zsh'))
     options = parser.parse_args(argv)
     words = {

@@ -39,7 +39,6 @@ def _call(argv: list[str]) -> int:
     parser.add('type', 'type; found out where left away', nargs='?')
     parser.add('values', 'fields of the request as YAML', nargs='?', default='')
     parser.add('--timeout', 'wait so long [s]', default=10.0)
-    parser.add_json()
     options = parser.parse_args(argv)
     if options.type and '/' not in options.type:
         options.type, options.values = None, options.type

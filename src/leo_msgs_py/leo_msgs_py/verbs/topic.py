@@ -56,7 +56,6 @@ def _info(argv: list[str]) -> int:
     parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _INFO_EXAMPLES)
     parser.add_argument('topic')
     parser.flag('-v --verbose', 'each endpoint and its QoS')
-    parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
         topic = common.absolute(options.topic)
@@ -132,12 +131,11 @@ def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argpar
     parser.add_argument('topic')
     parser.add('type', 'type, where nobody publishes yet', nargs='?')
     parser.flag('--once', f'stop after the first {what}')
-    parser.add_json()
     return parser.parse_args(argv)
 
 
 def _pub(argv: list[str]) -> int:
-    parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES)
+    parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES, json=False)
     parser.add_argument('topic')
     parser.add('type', 'for example std_msgs/msg/String')
     parser.add('values', 'fields as YAML', nargs='?', default='')

@@ -47,7 +47,6 @@ def _parser() -> common.Parser:
     parser.add('--share S', 'of the limits of the actuators that may be used (0.25)', default=0.25)
     parser.flag('--by-hand', 'ask you to turn joints')
     parser.flag('--yes', 'do not ask before moving')
-    parser.add_json()
     return parser
 
 

@@ -56,7 +56,6 @@ def _init(argv: list[str]) -> int:
         action='append',
         default=[],
     )
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.verbs.skeleton.folder import make_folder
@@ -88,7 +87,6 @@ def _step(argv: list[str]) -> int:
         STEP,
     )
     parser.add_argument('folder', type=Path, metavar='FOLDER')
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.verbs.skeleton.figures import measure_step
@@ -109,7 +107,6 @@ def _step(argv: list[str]) -> int:
 
 def _list(argv: list[str]) -> int:
     parser = common.Parser('leo robot list', 'The robots and models that have a name.', LIST)
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.description.robot import load_robot, named_robots
