@@ -20,11 +20,18 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
+FOLLOWED = 'leo_msgs/msg/Followed'
+"""How control_msgs/JointTrajectoryControllerState begins, in every version: its third field
+is the set point, `desired` up to Galactic and `reference` from Humble on; what follows differs."""
 _CONTROL_MSGS = {
     'control_msgs/msg/InterfaceValue': 'string[] interface_names\nfloat64[] values\n',
     'control_msgs/msg/DynamicJointState': (
         'std_msgs/Header header\nstring[] joint_names\n'
         'control_msgs/InterfaceValue[] interface_values\n'
+    ),
+    FOLLOWED: (
+        'std_msgs/Header header\nstring[] joint_names\n'
+        'trajectory_msgs/JointTrajectoryPoint reference\n'
     ),
 }
 """What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
@@ -89,7 +96,8 @@ class _Layout:
     def read(self, data: bytes) -> Any:
         header = self._first.header
         stamp = type(header.stamp)(*self._stamp.unpack_from(data, _STAMP))
-        columns = (np.frombuffer(data, self._float, n, at) for at, n in self._numbers)
+        numbers = (np.frombuffer(data, self._float, n, at) for at, n in self._numbers)
+        columns = (column.astype(np.float64, copy=False) for column in numbers)
         return type(self._first)(type(header)(stamp, header.frame_id), self._first.name, *columns)
 
     def written(self, stamp_ns: int, columns: Sequence[NDArray[np.float64]]) -> bytes:
