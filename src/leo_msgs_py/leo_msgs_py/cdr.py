@@ -91,13 +91,13 @@ class _Layout:
 
     def fits(self, data: bytes) -> bool:
         """Whether a message as long as the first is like it."""
-        return all(data[at] == same for at, same in self._same)
+        return [data[at] for at, _ in self._same] == [same for _, same in self._same]
 
     def read(self, data: bytes) -> Any:
         header = self._first.header
         stamp = type(header.stamp)(*self._stamp.unpack_from(data, _STAMP))
-        numbers = (np.frombuffer(data, self._float, n, at) for at, n in self._numbers)
-        columns = (column.astype(np.float64, copy=False) for column in numbers)
+        numbers = [np.frombuffer(data, self._float, n, at) for at, n in self._numbers]
+        columns = [column.astype(np.float64, copy=False) for column in numbers]
         return type(self._first)(type(header)(stamp, header.frame_id), self._first.name, *columns)
 
     def written(self, stamp_ns: int, columns: Sequence[NDArray[np.float64]]) -> bytes:
