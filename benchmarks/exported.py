@@ -22,7 +22,8 @@ from leo_msgs_py.cdr import joint_state
 from leo_sim.drivers.base import DriverOptions, INTERFACES
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.effects import place, Placed
-from leo_sim.export.formats import export, FORMATS
+from leo_sim.export.files import export
+from leo_sim.export.formats import FORMATS
 from leo_sim.model import Model
 from leo_sim.model.model_file import write_effects
 

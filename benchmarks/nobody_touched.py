@@ -32,6 +32,7 @@ from leo_diffmodel.faults.find import find_faults
 from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.outside.outside import moved_from_outside
 from leo_lab.blind.faulty_logs import Drawn, SIZES
+from leo_lab.blind.spoil import logged, spoil
 from leo_lab.result_lines import append_result, read_results
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.model import Model
@@ -133,7 +134,7 @@ def spoilt(case: Case, *faults: tuple[str, int, float], every: int = 5) -> Case:
     (e,) = case.logs[0].episodes
     names = case.logs[0].joints
     for name, j, value in faults:
-        e = FAULTS[name].inject(e, j, j, value)
+        e = spoil(name, e, j, j, value)
     rows = slice(None, None, every)
     u = e.inputs[: len(e.t) // every * every].reshape(len(e.t) // every, every, -1).mean(axis=1)
     t, q, dq = (x[rows][: len(u)] for x in (e.t, e.q, e.dq))
@@ -293,7 +294,7 @@ def sign_bit(seed: int) -> Case:
     unit, name = (COUNT, 0.024)[seed % 2], ('speed_wraps', 'speed_sign_bit')[seed // 2 % 2]
     top = unit * (65536 if name == 'speed_wraps' else 32768)
     robot = load_robot('torque_pendulum')
-    raw = FAULTS[name].logged(np.zeros(0), unit * np.round(w / unit), top)
+    raw = logged(name, np.zeros(0), unit * np.round(w / unit), top)
     t = 0.01 * np.arange(len(q))
     told = ((name, 'pivot'),)
     return Case([log(robot, t, q + g.normal(0, 5e-4, q.shape), raw, u)], robot, told)

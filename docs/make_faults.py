@@ -17,6 +17,7 @@ from leo_diffmodel.faults.base import Fault
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.found import Found
 from leo_diffmodel.outside.finding import ERROR
+from leo_lab.blind.spoil import spoil
 
 SHOWN = {
     'speed_scale': 1.6,
@@ -105,7 +106,7 @@ def curve(fault: Fault) -> Curve:
     if fault.name == 'gravity_compensated':
         logged = clean.inputs - np.sin(clean.q)
         return 'time', 'input', TIME, clean.inputs[:, 0], logged[:, 0]
-    spoilt = fault.inject(clean, 0, 0, SHOWN[fault.name])
+    spoilt = spoil(fault.name, clean, 0, 0, SHOWN[fault.name])
     after = np.interp(TIME, spoilt.t, getattr(spoilt, column)[:, 0])
     return 'time', LABEL[fault.channel], TIME, getattr(clean, column)[:, 0], after
 

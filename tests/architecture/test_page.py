@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 
+import pytest
 from tests.architecture.source import HOMES, imports, MODULES, PRODUCT, room
 from tests.places import ROOT
 
@@ -53,7 +54,8 @@ def test_rooms_import_what_the_page_says_they_may() -> None:
     assert sorted((here, other) for here, other in found if other not in allowed[here]) == []
 
 
-def test_the_reference_of_python_is_that_of_the_docstrings() -> None:
-    make = ROOT / 'docs/make_api.py'
+@pytest.mark.parametrize('what', ['api', 'effects', 'faults'])
+def test_pages_made_of_the_source_and_their_pictures_are_up_to_date(what: str) -> None:
+    make = ROOT / f'docs/make_{what}.py'
     done = subprocess.run([sys.executable, str(make), '--check'], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (0, 'up to date\n'), done.stdout + done.stderr

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from tests.commands import LEO
-from tests.unit.leo_sim.effects.test_consent import LAW, WIND
+from tests.unit.leo_sim.common.test_consent import LAW, WIND
 import yaml
 
 from leo_msgs_py.cli import main

@@ -14,9 +14,9 @@ from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.problem.usable import Logged
 from leo_diffmodel.explain.told import Told
-from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.verbs import bag as bag_verb
 from leo_diffmodel.verbs import explain as explain_verb
+from leo_lab.blind.spoil import spoil
 from leo_sim.model import Model
 
 SIZE = 6.4
@@ -27,7 +27,7 @@ EXPLANATION = import_module('leo_diffmodel.explain.explanation')
 def faulty(tmp_path_factory) -> Path:
     """A log whose speed is 6.4 times the change of its angle."""
     clean = record(TORQUE, seconds=15, noise=(1e-3, 0.02))
-    spoilt = FAULTS['speed_scale'].inject(clean.episodes[0], 0, 0, SIZE)
+    spoilt = spoil('speed_scale', clean.episodes[0], 0, 0, SIZE)
     return bag(tmp_path_factory.mktemp('log') / 'faulty', replace(clean, episodes=(spoilt,)))
 
 
@@ -92,7 +92,7 @@ def test_bag_fix_writes_a_bag_without_it(faulty, tmp_path, capsys):
 
 def test_stretches_without_measurements_are_left_out(tmp_path, capsys):
     clean = record(TORQUE, seconds=15, noise=(1e-3, 0.02))
-    frozen = FAULTS['frozen'].inject(clean.episodes[0], 0, 0, 1.5)
+    frozen = spoil('frozen', clean.episodes[0], 0, 0, 1.5)
     old = bag(tmp_path / 'frozen', replace(clean, episodes=(frozen,)))
     before = read_bag(old, TORQUE)
     log = Logged.of([before], (), Model(TORQUE), mend=True, by_torques=True)

@@ -13,18 +13,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 import warnings
 
-from leo_diffmodel.bags.episode import by_rate, distinct
-from leo_diffmodel.bags.recording import read_bag, Recording
-
 if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recording
+    from leo_diffmodel.bags.topic_map import TopicMap
     from leo_diffmodel.results import Comparison, Explanation
+    from leo_sim.description.robot import Robot
     from leo_sim.effects import Effect
     from leo_sim.model import Model
 
+    Bags = Recording | str | Path | Sequence[Recording | str | Path]
+    """One bag or several, read already or as paths."""
+
 __all__ = ['add', 'compare', 'explain', 'read_bag']
 
-Bags = Recording | str | Path | Sequence[Recording | str | Path]
-"""One bag or several, read already or as paths."""
+
+def read_bag(
+    path: str | Path, robot: Robot | str | Path, topic_map: str | Path | TopicMap | None = None
+) -> Recording:
+    """Read a bag: `leo_diffmodel.bags.recording.read_bag`."""
+    from leo_diffmodel.bags.recording import read_bag as read
+
+    return read(path, robot, topic_map)
 
 
 def compare(
@@ -83,6 +92,7 @@ def explain(
     Raises:
         UserError: no such bag, model or effect, or the same bag twice.
     """
+    from leo_diffmodel.bags.episode import distinct
     from leo_diffmodel.explain.edit_test import edit_test as edited
     from leo_diffmodel.explain.explanation import explain as explained
     from leo_diffmodel.results import Explanation
@@ -159,6 +169,8 @@ def _alone(model: Model | str | Path) -> Model:
 
 def _read(bags: Bags, model: Model) -> list[Recording]:
     """Recordings of the model's robot; what a bag warns of is warned of."""
+    from leo_diffmodel.bags.episode import by_rate, distinct, Recording
+
     several = [bags] if isinstance(bags, Recording | str | Path) else bags
     recordings = []
     for bag in several:

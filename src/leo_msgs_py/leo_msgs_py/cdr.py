@@ -1,29 +1,42 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages as CDR bytes without ROS, as bags hold them."""
+"""Messages as CDR bytes without ROS, as bags hold them.
+
+Of JointStates, of which a bag is full, `rosbags` takes one of each layout; in the others like it
+only stamp and numbers are read or written.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 import struct
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from rosbags.serde import SerdeError
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+FOLLOWED = 'leo_msgs/msg/Followed'
+"""How control_msgs/JointTrajectoryControllerState begins, in every version: its third field
+is the set point, `desired` up to Galactic and `reference` from Humble on; what follows differs."""
 _CONTROL_MSGS = {
     'control_msgs/msg/InterfaceValue': 'string[] interface_names\nfloat64[] values\n',
     'control_msgs/msg/DynamicJointState': (
         'std_msgs/Header header\nstring[] joint_names\n'
         'control_msgs/InterfaceValue[] interface_values\n'
     ),
+    FOLLOWED: (
+        'std_msgs/Header header\nstring[] joint_names\n'
+        'trajectory_msgs/JointTrajectoryPoint reference\n'
+    ),
 }
 """What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
-_HEADER_STRINGS = 12  # where frame_id is: behind 4 bytes of encapsulation and the stamp
+_STAMP = 4  # where the stamp is: behind the encapsulation
+_HEADER_STRINGS = 12  # where frame_id is: behind the stamp
 SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)
 
 
@@ -47,6 +60,63 @@ def decode(data: bytes, type_name: str) -> Any:
         with suppress(SerdeError):
             return typestore().deserialize_cdr(data[:end], type_name)
     raise SerdeError(f'not a {type_name}')
+
+
+def decoder(type_name: str) -> Callable[[bytes, str], Any]:
+    """`decode` for many messages of a type, one after the other."""
+    if type_name != JOINT_STATE:
+        return decode
+    last: dict[int, _Layout] = {}  # by how long a message is
+
+    def read(data: bytes, _: str) -> Any:
+        like = last.get(len(data))
+        if like is None or not like.fits(data):
+            like = last[len(data)] = _Layout(data)
+        return like.read(data)
+
+    return read
+
+
+class _Layout:
+    """Where stamp and numbers of a JointState are; all else is the same in those like it."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self._first = data, decode(data, JOINT_STATE)
+        order = '<' if data[1] else '>'
+        self._stamp, self._float = struct.Struct(f'{order}iI'), np.dtype(f'{order}f8')
+        self._numbers = list(_numbers(data, order))
+        ends = [_HEADER_STRINGS, *(at + 8 * count for at, count in self._numbers)]
+        between = zip(ends, (at for at, _ in self._numbers), strict=False)
+        self._same = [(slice(a, b), data[a:b]) for a, b in [(0, _STAMP), *between]]
+
+    def fits(self, data: bytes) -> bool:
+        """Whether a message as long as the first is like it."""
+        return [data[at] for at, _ in self._same] == [same for _, same in self._same]
+
+    def read(self, data: bytes) -> Any:
+        header = self._first.header
+        stamp = type(header.stamp)(*self._stamp.unpack_from(data, _STAMP))
+        numbers = [np.frombuffer(data, self._float, n, at) for at, n in self._numbers]
+        columns = [column.astype(np.float64, copy=False) for column in numbers]
+        return type(self._first)(type(header)(stamp, header.frame_id), self._first.name, *columns)
+
+    def written(self, stamp_ns: int, columns: Sequence[NDArray[np.float64]]) -> bytes:
+        data = bytearray(self._data)
+        self._stamp.pack_into(data, _STAMP, *divmod(int(stamp_ns), 1_000_000_000))
+        for (at, count), column in zip(self._numbers, columns, strict=True):
+            data[at : at + 8 * count] = column.tobytes()
+        return bytes(data)
+
+
+def _numbers(data: bytes, order: str) -> Iterator[tuple[int, int]]:
+    """Where position, velocity and effort begin in a JointState, and how many each are."""
+    at = _HEADER_STRINGS + len(joints_text(data))
+    for _ in range(3):
+        at = _aligned(at)
+        (count,) = struct.unpack_from(f'{order}I', data, at)
+        at += 4 + (-at % 8 if count else 0)  # of what is behind the 4 bytes, a number begins at 8s
+        yield at, count
+        at += 8 * count
 
 
 def joints_text(data: bytes) -> bytes:
@@ -79,8 +149,14 @@ def joint_state(
     Measured at a time [ns]; columns are (J,) or empty: position [rad] (m), velocity [rad/s] (m/s),
     effort [N m] (N; V or A where the topic says so).
     """
-    columns = (np.asarray(values, np.float64) for values in (position, velocity, effort))
-    return _message('sensor_msgs/msg/JointState', _header(stamp_ns), list(names), *columns)
+    columns = [np.asarray(values, np.float64) for values in (position, velocity, effort)]
+    return _like(tuple(names), *map(len, columns)).written(stamp_ns, columns)
+
+
+@lru_cache(maxsize=64)
+def _like(names: tuple[str, ...], *counts: int) -> _Layout:
+    columns = map(np.zeros, counts)
+    return _Layout(_message(JOINT_STATE, _header(0), list(names), *columns))
 
 
 def uint32(number: int) -> bytes:

@@ -41,7 +41,7 @@ LARGEST_CHUNK = 1 << 28
 MOST_TOPICS = 4096  # no robot has more, and each takes milliseconds wherever it is listed
 PIECE = 1 << 20  # so much is unpacked at a time [bytes]
 _FRAME = struct.Struct('<BQ')
-_MESSAGE_HEAD = 22
+_MESSAGE = struct.Struct('<HIQQ')  # channel, number, when it was logged and published
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
     Opcode.SCHEMA: Schema.read,
     Opcode.CHANNEL: Channel.read,
@@ -106,12 +106,12 @@ class McapFile:
 
     def _read(self, opcode: int, content: bytes) -> Iterator[McapRecord]:
         """Yield one record, nothing where no reader wants it or it does not read."""
-        stream = ReadDataStream(BytesIO(content))
         try:
-            if opcode == Opcode.MESSAGE and len(content) >= _MESSAGE_HEAD:
-                yield Message.read(stream, len(content))
+            if opcode == Opcode.MESSAGE and len(content) >= _MESSAGE.size:
+                channel, number, logged, published = _MESSAGE.unpack_from(content)
+                yield Message(channel, logged, content[_MESSAGE.size :], published, number)
             elif opcode in _READERS:
-                yield _READERS[opcode](stream)
+                yield _READERS[opcode](ReadDataStream(BytesIO(content)))
         except DAMAGE:
             self.damaged += not self.cut
 

@@ -177,15 +177,6 @@ def test_nan_is_no_number():
         parser.parse_args(['--seconds', 'nan'])
 
 
-def test_help_imports_nothing_heavy():
-    code = (
-        'import sys; from leo_msgs_py import cli; cli.main(["--help"]);'
-        'print([n for n in ("numpy", "rclpy", "rosbags", "yaml") if n in sys.modules])'
-    )
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
-    assert done.stdout.endswith('[]\n')
-
-
 SLEEPER = """
 import time
 from leo_msgs_py.cli import executable

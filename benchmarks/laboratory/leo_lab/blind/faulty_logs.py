@@ -24,6 +24,7 @@ from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import find_faults
 from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import runs_of
+from leo_lab.blind.spoil import spoil
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import place, Placed
 from leo_sim.model import Model
@@ -214,7 +215,7 @@ def _spoilt(
     name = str(rng.choice(names))
     value = float(SIZES[name](float(np.exp(rng.uniform(0, np.log(30)))), run))
     base = _measured(clean, period, rng) if name in OF_SENSORS else clean
-    spoilt = replace(base, episodes=(FAULTS[name].inject(base.episodes[0], joint, 0, value),))
+    spoilt = replace(base, episodes=(spoil(name, base.episodes[0], joint, 0, value),))
     return name, value, spoilt if name in OF_SENSORS else _measured(spoilt, period, rng)
 
 

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import accumulate
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeVar
-
-import numpy as np
 
 from leo_lab.origin import origin
 from leo_lab.result_lines import append_result, read_results, Row
@@ -88,6 +88,5 @@ def pace(rows: Sequence[Row], weight: Callable[[Any], float]) -> float:
     paces = sorted(
         (row['seconds'] / weight(SimpleNamespace(**row)), row['seconds']) for row in rows
     )
-    pace, seconds = np.array(paces).T
-    spent = np.cumsum(seconds)
-    return float(pace[np.searchsorted(spent, spent[-1] / 2)])
+    spent = list(accumulate(seconds for _, seconds in paces))
+    return paces[bisect_left(spent, spent[-1] / 2)][0]

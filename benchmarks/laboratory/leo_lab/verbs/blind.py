@@ -197,5 +197,4 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_worker_arguments(arguments, jobs=2)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='where results are kept')
-    arguments.add_argument('--json', action='store_true', help='print the summary as JSON')
     return arguments

@@ -81,18 +81,18 @@ def _parser(name: str) -> Parser:
         metavar='FILE',
         help='results page, figures beside it',
     )
-    parser.add_json()
     return parser
 
 
 def _experiment(name: str, argv: list[str]) -> int:
+    options = _parser(name).parse_args(argv)
+    _check(options)
+
     from leo_lab.result_lines import read_results
     from leo_lab.thesis.cases import missing
     from leo_lab.thesis.catalogue import EXPERIMENTS
     from leo_lab.thesis.page import write_page
 
-    options = _parser(name).parse_args(argv)
-    _check(options)
     named = EXPERIMENTS.values() if name == 'all' else [EXPERIMENTS[name]]
     chosen = [each.first(options.seeds) for each in named]
     if not options.json:

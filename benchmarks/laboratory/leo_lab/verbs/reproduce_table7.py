@@ -109,7 +109,6 @@ def _parser() -> Parser:
         help='learning curves on the ideal, the repaired and the real pendulum',
     )
     add_worker_arguments(parser, jobs=1)
-    parser.add_json()
     return parser
 
 

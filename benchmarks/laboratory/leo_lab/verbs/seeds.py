@@ -65,7 +65,6 @@ def _parser() -> Parser:
         '-o', dest='output', type=Path, required=True, metavar='DIR', help='of the runs'
     )
     add_worker_arguments(parser, jobs=1)
-    parser.add_json()
     parser.add_argument('words', nargs='*', metavar='-- OPTIONS', help='of leo learn')
     return parser
 

@@ -13,10 +13,10 @@ from typing import Any
 from pydantic import BaseModel
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.consent import require
 from leo_sim.common.yaml_file import check, Finite, Quantity, read_text
 from leo_sim.description.constants import checked
 from leo_sim.effects import check_bounds, EFFECTS, get_effect, place, Placed, registered_effects
-from leo_sim.effects.consent import require
 from leo_sim.model import Model
 
 

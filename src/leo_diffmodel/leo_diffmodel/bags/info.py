@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 
-from leo_msgs_py.cdr import joints_text
 from leo_msgs_py.console import figures, Table
 from leo_msgs_py.errors import UserError
 
@@ -131,16 +131,10 @@ def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog | None, tu
 
 def _joints(topic: TopicLog) -> tuple[str, ...]:
     """Names of the joints of all publishers on a topic, in the order in which they come."""
-    texts = [joints_text(m.data) for m in topic.messages]
-    often = Counter(texts)  # which keeps their order
-    kinds = [
-        topic.messages[texts.index(text)]
-        for text, number in often.items()
-        if number >= FEWEST or len(often) == 1
-    ]
-    first = TopicLog(topic.name, topic.type, topic.qos, kinds)
-    names = (name for _, m in deserialize(first, JOINT_STATE) for name in m.name)
-    return tuple(dict.fromkeys(names))
+    messages = (message for _, message in deserialize(topic, JOINT_STATE))
+    often = Counter((m.header.frame_id, *m.name) for m in messages)  # which keeps their order
+    kinds = (names for (_, *names), n in often.items() if n >= FEWEST or len(often) == 1)
+    return tuple(dict.fromkeys(chain.from_iterable(kinds)))
 
 
 def _parts(

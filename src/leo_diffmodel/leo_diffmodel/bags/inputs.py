@@ -122,10 +122,11 @@ class _Inputs:
     ) -> InputLog | None:
         if topic is None:
             return None
+        motors = self.bag.motors
         rows = [
             (logged.log_ns, stamp_of(message), *found)
             for logged, message in deserialize(topic, topic.type)
-            if (found := row(message, self.bag.motors)) is not None
+            if (found := row(message, motors)) is not None
         ]
         if not rows:
             return None

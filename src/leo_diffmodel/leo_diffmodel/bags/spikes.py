@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from leo_sim.description.robot import Robot
 
@@ -47,7 +47,7 @@ def without_spikes(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
 
 def _slopes(t: Floats, q: Floats, rate: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Slope of the angle around each sample (T,), and where none is (ends, gaps, breaks)."""
-    dt, usual = np.diff(t), median_filter(rate, 5)
+    dt, usual = np.diff(t), _usual(rate)
     step = np.diff(q)
     step -= math.tau * np.round((step - dt * (usual[1:] + usual[:-1]) / 2) / math.tau)
     good = (dt > 0) & (dt < 5 * np.median(dt[dt > 0])) if (dt > 0).any() else dt > 0
@@ -58,9 +58,15 @@ def _slopes(t: Floats, q: Floats, rate: Floats) -> tuple[Floats, NDArray[np.bool
     return slope, none
 
 
+def _usual(rate: Floats) -> Floats:
+    """The median of five around each sample, mirrored at the ends."""
+    around: Floats = np.median(sliding_window_view(np.pad(rate, 2, 'symmetric'), 5), axis=1)
+    return around
+
+
 def _spikes(rate: Floats, slope: Floats, none: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Samples far from the rates around them and as far from the slope of the angle."""
-    usual = median_filter(rate, 5)
+    usual = _usual(rate)
     off, lacks = rate - usual, rate - slope
     least = max(
         SIGMAS * _sigma(off),

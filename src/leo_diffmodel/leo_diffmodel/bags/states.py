@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from rosbags.serde import SerdeError
 
-from leo_msgs_py.cdr import decode
+from leo_msgs_py.cdr import decoder
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import nanoseconds
 from leo_sim.description.robot import OtherRobot
@@ -76,13 +76,13 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
 
 
 def deserialize(
-    topic: TopicLog, type_name: str, decoder: Callable[[bytes, str], Any] = decode
+    topic: TopicLog, type_name: str, decode: Callable[[bytes, str], Any] | None = None
 ) -> Iterator[tuple[Logged, Any]]:
     """Yield (logged, message) of a topic; what cannot be decoded is counted in its `broken`."""
-    topic.broken = 0
+    topic.broken, decode = 0, decode or decoder(type_name)
     for message in topic.messages:
         try:
-            decoded = decoder(message.data, type_name)
+            decoded = decode(message.data, type_name)
         except SerdeError:
             topic.broken += 1
         else:

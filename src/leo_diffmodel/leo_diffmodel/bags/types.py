@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rosbags.typesys.store import TIDMAP
 import yaml
 
+from leo_msgs_py.cdr import JOINT_STATE as JOINT_STATE
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 
@@ -55,7 +56,6 @@ Stamps = NDArray[np.int64]
 
 Log = TypeVar('Log')
 
-JOINT_STATE = 'sensor_msgs/msg/JointState'
 DYNAMIC_JOINT_STATE = 'control_msgs/msg/DynamicJointState'
 FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'

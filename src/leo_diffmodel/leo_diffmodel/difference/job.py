@@ -18,7 +18,7 @@ from typing import Any, IO, TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
-from leo_sim.effects.consent import add_effect_argument
+from leo_sim.common.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording

@@ -20,7 +20,7 @@ from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import every, listen
 from leo_msgs_py.values import JointStates, status_message
-from leo_sim.effects.consent import effect_words
+from leo_sim.common.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 

@@ -4,18 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 import math
 from typing import Any, ClassVar
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode
-
 Array = np.ndarray
 Patch = Mapping[str, Any]
 """Keys of one joint in a topic map, or of the map itself, that undo a fault."""
-COLUMNS = {'angle': 'q', 'speed': 'dq', 'input': 'inputs'}  # of an episode, by channel
 
 
 class Fault:
@@ -38,20 +34,6 @@ class Fault:
     todo: ClassVar[str] = ''  # what to do where no map undoes it
     whole_log: ClassVar[bool] = False  # it is one for all joints
 
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """The episode as a log has it that has this fault, of size `value`, at joint j.
-
-        Its actuator is a, where it has one.
-        """
-        name, column = COLUMNS[self.channel], a if self.channel == 'input' else j
-        values = getattr(e, name).copy()
-        values[:, column] = self.logged(e.t, values[:, column], value)
-        return replace(e, **{name: values})
-
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        """What a log has of its channel x (T,) at times t (T,) [s]."""
-        raise NotImplementedError
-
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         """What undoes it in a topic map, by the names of its joints; empty where no map can."""
         return {self.key: value} if self.key else {}
@@ -59,9 +41,6 @@ class Fault:
 
 class Factor(Fault):
     """A channel logged as a multiple of what happened; `key` of a topic map has the inverse."""
-
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return value * x
 
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {self.key: 1 / value}

@@ -20,7 +20,7 @@ from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.node import every, fixed_parameter, graph, private_parameter, spin
-from leo_sim.effects.consent import trust_parameter
+from leo_sim.common.consent import trust_parameter
 
 DIAGNOSTICS_PERIOD = 1.0
 

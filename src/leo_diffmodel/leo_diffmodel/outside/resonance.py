@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import coherence, csd, find_peaks, welch
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.settings import OUTSIDE
@@ -24,6 +23,9 @@ def resonance(recording: Recording, j: int) -> float | None:
     even = np.arange(e.t[0], e.t[-1], step)
     if len(even) < 2 * count:
         return None
+
+    from scipy.signal import coherence, csd, find_peaks, welch  # half a second, and seldom asked
+
     u, dq = (np.interp(even, e.t, x) for x in (e.inputs[:, a], e.dq[:, j]))
     hertz, asked = coherence(u, dq, 1 / step, nperseg=count)
     known = (asked > OUTSIDE.coherent) & (hertz > OUTSIDE.peaks[0]) & (hertz < OUTSIDE.peaks[1])

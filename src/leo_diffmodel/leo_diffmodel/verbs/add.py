@@ -6,14 +6,11 @@ from __future__ import annotations
 import argparse
 import sys
 
-from leo_diffmodel.add.patch import from_explanation, from_words
-from leo_diffmodel.add.plausible import doubts
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, show
-from leo_sim.effects.consent import add_effect_argument, effect_words
-from leo_sim.model.model_file import load_model, save_model
+from leo_sim.common.consent import add_effect_argument, effect_words
 
 EXAMPLES = (
     'leo add pendulum --from out/explain/explain.json -o repaired.yaml',
@@ -25,6 +22,11 @@ EXAMPLES = (
 
 def main(argv: list[str]) -> int:
     arguments = _parser().parse_intermixed_args(argv)
+
+    from leo_diffmodel.add.patch import from_explanation, from_words
+    from leo_diffmodel.add.plausible import doubts
+    from leo_sim.model.model_file import load_model, save_model
+
     given = model = load_model(_model(arguments))
     if bool(arguments.source) == bool(arguments.words):
         raise UserError('give either --from explain.json, or EFFECT[:WHERE] PARAM=VALUE …')
@@ -62,10 +64,7 @@ def _parser() -> Parser:
         metavar='EFFECT[:WHERE] PARAM=VALUE',
     )
     arguments.add_argument('--from', dest='source', metavar='explain.json')
-    arguments.add(
-        '--robot', 'move it to this robot or model with the same places', metavar='OTHER'
-    )
+    arguments.add('--robot OTHER', 'move it to this robot or model with the same places')
     add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
-    arguments.add_json()
     return arguments

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs import common
-from leo_sim.effects.consent import add_effect_argument
+from leo_sim.common.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording
@@ -65,9 +65,8 @@ def _of_a_bag(verb: str, about: str) -> common.Parser:
 
 def _record(argv: list[str]) -> int:
     parser = _parser('record', 'Record topics until Ctrl-C.')
-    parser.add('topics', "default: the graph's topics", nargs='*', metavar='TOPIC')
-    parser.add('-o --output', 'folder to make', type=Path, metavar='DIR')
-    parser.add_json()
+    parser.add('topics TOPIC', "default: the graph's topics", nargs='*')
+    parser.add('-o --output DIR', 'folder to make', type=Path)
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
@@ -80,16 +79,11 @@ def _record(argv: list[str]) -> int:
 
 def _play(argv: list[str]) -> int:
     parser = _of_a_bag('play', 'Publish a bag as it was recorded.')
-    parser.add('--rate', '1 = as recorded', type=float, default=1.0, metavar='R')
+    parser.add('--rate R', '1 = as recorded', default=1.0)
     parser.flag('--loop', 'again and again until Ctrl-C')
     parser.add(
-        '--wait',
-        'before the start, so long for a reader of every topic (1 s)',
-        type=float,
-        default=1.0,
-        metavar='S',
+        '--wait S', 'before the start, so long for a reader of every topic (1 s)', default=1.0
     )
-    parser.add_json()
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
@@ -104,7 +98,6 @@ def _play(argv: list[str]) -> int:
 def _info(argv: list[str]) -> int:
     about = 'Topics, rates, episodes and gaps of a bag; finishes one cut short.'
     parser = _of_a_bag('info', about)
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_diffmodel.bags.info import bag_info, show
@@ -124,13 +117,12 @@ def _info(argv: list[str]) -> int:
 def _show(argv: list[str]) -> int:
     about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
     parser = _of_a_bag('show', about)
-    parser.add('-o --output', '.png, .gif or .mp4', type=Path, metavar='FILE')
+    parser.add('-o --output FILE', '.png, .gif or .mp4', type=Path)
     parser.add('--model', "the bag's robot by default", default='')
     add_effect_argument(parser)
-    parser.add('--at', 'begin there; a .png: that pose [s]', type=float, metavar='T')
-    parser.add('--seconds', 'how much to show [s]', type=float, metavar='S')
-    parser.add('--poses', 'in a .png (8)', type=int, default=8, metavar='N')
-    parser.add_json()
+    parser.add('--at T', 'begin there; a .png: that pose [s]', type=float)
+    parser.add('--seconds S', 'how much to show [s]', type=float)
+    parser.add('--poses N', 'in a .png (8)', default=8)
     options = parser.parse_args(argv)
 
     from leo_diffmodel.picture.bag_picture import show
@@ -146,13 +138,12 @@ def _cut(argv: list[str]) -> int:
     about = 'Write a part of a bag as a new bag: all topics, stamps as they were.'
     parser = _of_a_bag('cut', about)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
-    parser.add('--from', 'begin there [s]', dest='begin', type=float, metavar='S')
-    parser.add('--to', 'end there [s]', dest='end', type=float, metavar='S')
+    parser.add('--from S', 'begin there [s]', dest='begin', type=float)
+    parser.add('--to S', 'end there [s]', dest='end', type=float)
     parser.flag('--without-outside', 'leave out shoves, hands, blocked joints and frozen sensors')
     parser.add('--model', 'what --without-outside compares with', default='')
     add_effect_argument(parser)
-    parser.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
-    parser.add_json()
+    parser.add('--topic-map MAP.yaml', 'other topic and joint names')
     options = parser.parse_args(argv)
 
     from leo_diffmodel.bags.cut import cut_bag
@@ -184,9 +175,8 @@ def _fix(argv: list[str]) -> int:
     parser = _of_a_bag('fix', _FIX_ABOUT)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add('--model', "the bag's robot by default", default='')
-    parser.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
+    parser.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(parser)
-    parser.add_json()
     options = parser.parse_args(argv)
     if options.output.exists():
         raise UserError(f'{options.output} exists already; choose another folder')

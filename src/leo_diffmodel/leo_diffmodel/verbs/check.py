@@ -15,21 +15,19 @@ from rich.console import Console
 from rich.table import Column
 from rich.text import Text
 
-from leo_diffmodel.bags.episode import by_rate, distinct
-from leo_diffmodel.bags.recording import read_both_ways, Recording
-from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import json_text, write_whole
-from leo_sim.model import Model
 
 if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recording
     from leo_diffmodel.check.amplitudes import Reach
     from leo_diffmodel.check.check import Bag, Check
     from leo_diffmodel.check.excitation import Excitation
     from leo_diffmodel.outside.finding import Finding
+    from leo_sim.model import Model
 
 EXAMPLES = (
     'leo check bags/run1 --model pendulum',
@@ -50,10 +48,11 @@ TOGETHER = {
 
 def main(argv: list[str]) -> int:
     """Exit status 0 for a good bag, 1 where something limits it."""
+    arguments = _parser().parse_args(argv)
+
     from leo_diffmodel.check.check import check
     from leo_diffmodel.explain.problem.candidates import candidates
 
-    arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
     model = common.named_model(arguments.model)
     bags = _bags(arguments, model)
@@ -73,11 +72,14 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     arguments = common.parser('check', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add('-o', 'write check.json here', dest='output', metavar='DIR')
+    arguments.add('-o DIR', 'write check.json here', dest='output')
     return arguments
 
 
 def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
+    from leo_diffmodel.bags.episode import by_rate, distinct
+    from leo_diffmodel.bags.recording import read_both_ways
+    from leo_diffmodel.bags.topic_map import read_topic_map
     from leo_diffmodel.check.check import Bag
 
     as_read = read_topic_map(arguments.topic_map)

@@ -12,19 +12,16 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from leo_diffmodel.bags.episode import between, by_rate, distinct
-from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.check.angles import angle_units
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
-from leo_sim.effects import Effect, get_effect, registered_effects
-from leo_sim.effects.consent import add_effect_argument, words
-from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
+from leo_sim.common.consent import add_effect_argument, words
 
 if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recording
     from leo_diffmodel.explain.explanation import Explanation
+    from leo_sim.effects import Effect
+    from leo_sim.model import Model
 
 NEGATIVE = {'partly', 'ambiguous', 'unknown', 'untestable'}
 UNITS = {'s': 1.0, 'min': 60.0}
@@ -43,16 +40,15 @@ def add_model_arguments(arguments: Parser, several: bool = False) -> None:
         required=True,
         action='append' if several else 'store',
     )
-    arguments.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
+    arguments.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(arguments)
-    arguments.add_json()
 
 
 def add_bag_arguments(
     arguments: Parser, hold_out: bool = True, step: bool = True, several: bool = False
 ) -> None:
     """Bags or parts of them, the model; held-out bags and a length of steps where they count."""
-    arguments.add('bags', 'a rosbag2 folder or .mcap file', nargs='+', metavar='BAG')
+    arguments.add('bags BAG', 'a rosbag2 folder or .mcap file', nargs='+')
     add_model_arguments(arguments, several)
     for option, name in (('--from', 'begin'), ('--to', 'end')):
         about = f'{name} there, in seconds from the first state of each bag'
@@ -61,7 +57,7 @@ def add_bag_arguments(
         arguments.add('--step', 'length of one step [s]', type=float)
     arguments.set_defaults(hold_out=[])
     if hold_out:
-        arguments.add('--hold-out', 'bags no fit may see', nargs='+', metavar='BAG')
+        arguments.add('--hold-out BAG', 'bags no fit may see', nargs='+')
 
 
 def add_search_arguments(arguments: Parser) -> None:
@@ -105,6 +101,8 @@ def left(arguments: argparse.Namespace) -> float:
 
 def named_model(ref: str) -> Model:
     """The model of a command line without its difference model, which is said: none is used."""
+    from leo_sim.model.model_file import load_model
+
     model = load_model(ref)
     if model.difference_model is None:
         return model
@@ -120,10 +118,15 @@ def named_model(ref: str) -> Model:
 
 def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
     """Read bags of the model's robot, by their rates; their warnings go to stderr."""
+    from leo_diffmodel.bags.episode import by_rate
+
     return by_rate(_read(paths, model, topic_map))
 
 
 def _read(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
+    from leo_diffmodel.bags.recording import read_bag
+    from leo_diffmodel.check.angles import angle_units
+
     recordings = [read_bag(path, model.robot, topic_map) for path in paths]
     print_warnings(recordings)
     for recording in recordings:
@@ -142,6 +145,8 @@ def read_all(
     arguments: argparse.Namespace, model: Model, whole: bool = False
 ) -> tuple[list[Recording], list[Recording]]:
     """The bags to learn from and those held out, by their rates unless each is wanted `whole`."""
+    from leo_diffmodel.bags.episode import by_rate, distinct
+
     recordings = _read(arguments.bags, model, arguments.topic_map)
     held = _read(arguments.hold_out, model, arguments.topic_map)
     recordings, held = span(arguments, recordings), span(arguments, held)
@@ -150,6 +155,8 @@ def read_all(
 
 
 def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list[Recording]:
+    from leo_diffmodel.bags.episode import between
+
     begin, end = arguments.begin, arguments.end
     return [r if begin is end is None else between(r, begin, end) for r in recordings]
 
@@ -161,6 +168,8 @@ def is_driven(model: Model) -> bool:
 
 def own_effects(arguments: argparse.Namespace) -> list[Effect]:
     """The effects of other packages, and the files given on the command line."""
+    from leo_sim.effects import get_effect, registered_effects
+
     return [*registered_effects(), *(get_effect(path) for path in arguments.effect)]
 
 

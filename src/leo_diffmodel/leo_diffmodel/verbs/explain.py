@@ -10,23 +10,23 @@ from functools import partial
 import json
 from pathlib import Path
 import sys
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from leo_diffmodel.bags.episode import by_rate, distinct, Recording
-from leo_diffmodel.explain.decide import Rule
-from leo_diffmodel.explain.edit_test import edit_test
-from leo_diffmodel.explain.explanation import explain, Explanation
-from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.compare import ranking_table
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import json_text, write_together, write_whole
-from leo_sim.effects.consent import effect_words, words
-from leo_sim.model import Model
+from leo_sim.common.consent import effect_words, words
+
+if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recording
+    from leo_diffmodel.explain.decide import Rule
+    from leo_diffmodel.explain.explanation import Explanation
+    from leo_sim.model import Model
 
 EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
@@ -46,6 +46,9 @@ HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 def main(argv: list[str]) -> int:
     """Run `leo explain`; exit status 0 for fine and named, 1 for an open answer."""
     arguments = _parser().parse_args(argv)
+
+    from leo_diffmodel.bags.episode import distinct
+
     if arguments.each and (arguments.hold_out or arguments.write_effect or arguments.edit_test):
         raise UserError(
             '--each takes every bag by itself: leave out --hold-out, --write-effect '
@@ -87,6 +90,8 @@ def _explained(
     title: str = 'explaining',
     share: float = 1.0,
 ) -> Explanation:
+    from leo_diffmodel.explain.explanation import explain
+
     own, within = common.own_effects(arguments), share * common.left(arguments)
     with progress(title, within=within) as heard:
         chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend}
@@ -102,6 +107,9 @@ def _edited(
     if not result.effects:
         print('warning: no edit test: no effect was named', file=sys.stderr)
         return result
+
+    from leo_diffmodel.explain.edit_test import edit_test
+
     with progress('edit test') as heard:
         found = edit_test(given, result.model, bags, arguments.step, heard)
     return replace(result, edit_test=found)
@@ -114,6 +122,8 @@ def _each(
     folder: Path | None,
 ) -> int:
     """Explain every bag by itself; a folder of each in DIR."""
+    from leo_diffmodel.bags.episode import by_rate
+
     names = unique_names([r.path for r in recordings])
     results: list[Explanation] = []
     try:
@@ -188,6 +198,8 @@ def show(result: Explanation) -> None:
             each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
             write(f'{path}: {each}')
     if result.edit_test:
+        from leo_diffmodel.verbs.compared import ranking_table
+
         write('edit test: what was named is taken out of the model and of the robot')
         console.print(ranking_table(result.edit_test))
         write(result.edit_test['sentence'])
@@ -245,6 +257,9 @@ def _written(target: Path, result: Explanation) -> Explanation:
     """Write the effect file, and say in the result where it is."""
     if result.unknown is None or result.unknown.effect is None:
         return result
+
+    from leo_diffmodel.explain.unknown.found_effect import text_of
+
     write_whole(target, text_of(result.unknown.effect))
     return replace(result, unknown=replace(result.unknown, source=str(target.resolve())))
 

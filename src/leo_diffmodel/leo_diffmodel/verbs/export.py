@@ -15,12 +15,11 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_together
-from leo_sim.effects.consent import add_effect_argument
-from leo_sim.export.formats import export, Format, FORMATS
-from leo_sim.model.model_file import load_model
+from leo_sim.common.consent import add_effect_argument
+from leo_sim.export.formats import Format, FORMATS
 
 if TYPE_CHECKING:
-    from leo_sim.export.formats import Export
+    from leo_sim.export.files import Export
     from leo_sim.model import Model
 
 EXAMPLES = (
@@ -42,6 +41,10 @@ COLUMNS = {
 
 def main(argv: list[str]) -> int:
     options = _parser().parse_args(argv)
+
+    from leo_sim.export.files import export
+    from leo_sim.model.model_file import load_model
+
     format_, output = _chosen(options)
     model = load_model(options.model)
     made = export(model, options.model, format_, output)
@@ -69,26 +72,23 @@ def main(argv: list[str]) -> int:
 
 def _parser() -> Parser:
     parser = common.parser('export', __doc__ or '', EXAMPLES)
-    parser.add('model', 'a model file, a robot name or a robot folder', metavar='MODEL')
+    parser.add('model MODEL', 'a model file, a robot name or a robot folder')
     parser.add('--to', 'the format; where -o is given, its ending says it', choices=FORMATS)
     endings = ', '.join(f'FILE{f.ending} is {f.name}' for f in FORMATS.values())
     parser.add(
-        '-o',
+        '-o FILE',
         f'a new file: {endings}; by default the name of MODEL, here',
         dest='output',
         type=Path,
-        metavar='FILE',
     )
     parser.add(
-        '--check',
+        '--check BAG',
         'print the errors on these recordings: the model as it is, less what the format '
         'does not hold, and (MJCF) MuJoCo with the exported file',
         nargs='+',
-        metavar='BAG',
     )
-    parser.add('--topic-map', 'other names in the bags', metavar='MAP.yaml')
+    parser.add('--topic-map MAP.yaml', 'other names in the bags')
     add_effect_argument(parser)
-    parser.add_json()
     return parser
 
 

@@ -6,18 +6,18 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from leo_diffmodel.bags.importing import convert
-from leo_diffmodel.bags.importing.column_map import ColumnMap
-from leo_diffmodel.bags.importing.guess import guess_map
-from leo_diffmodel.bags.info import bag_info, BagInfo
+from leo_diffmodel.bags.importing.shipped import shipped_maps
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, show
-from leo_sim.description.robot import named_robots, Robot, typed
-from leo_sim.model.model_file import load_model
+
+if TYPE_CHECKING:
+    from leo_diffmodel.bags.importing.column_map import ColumnMap
+    from leo_diffmodel.bags.info import BagInfo
+    from leo_sim.description.robot import Robot
 
 EXAMPLES = """\
   leo import swing.csv --map my_robot.yaml -o bags/swing
@@ -59,6 +59,10 @@ def main(argv: list[str]) -> int:
             'leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
             f'{leo("import", options.logs[0], "--guess")}'
         )
+
+    from leo_diffmodel.bags.importing import convert
+    from leo_diffmodel.bags.info import bag_info
+
     column_map = convert.load_map(options.map)
     output, infos = Path(options.output), []
     jobs = _jobs(options.logs, output, options.bag_per_log)
@@ -76,6 +80,8 @@ def main(argv: list[str]) -> int:
 
 def _guess(options: argparse.Namespace) -> int:
     """Write the column map of the first log; others are its like, or parts of the same run."""
+    from leo_diffmodel.bags.importing.guess import guess_map
+
     logs = [Path(log) for log in options.logs]
     file = Path(options.output or f'{logs[0].resolve().stem}_map.yaml')
     robot, ref = _robot(options.model) if options.model else (None, '')
@@ -89,6 +95,9 @@ def _guess(options: argparse.Namespace) -> int:
 
 def _robot(model: str) -> tuple[Robot, str]:
     """Return a robot and what a map calls it: the name or folder as given, of a model its own."""
+    from leo_sim.description.robot import named_robots
+    from leo_sim.model.model_file import load_model
+
     robot = load_model(model).robot
     if model in named_robots() or Path(model).is_dir():
         return robot, model
@@ -99,25 +108,18 @@ def _parser() -> Parser:
     parser = Parser(
         'leo import',
         'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
-        f'{EXAMPLES}\nshipped maps: {", ".join(convert.shipped_maps())}',
+        f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
     parser.add(
-        'logs',
-        'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set',
-        nargs='+',
-        metavar='LOG',
+        'logs LOG', 'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set', nargs='+'
     )
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')
     which.add_argument(
         '--guess', action='store_true', help='write a column map with what was guessed and why'
     )
-    parser.add(
-        '--model', 'with --guess: take joints, units and the input from a robot', metavar='ROBOT'
-    )
-    parser.add(
-        '-o --output', 'folder to make; with --guess the file (LOG_map.yaml)', metavar='BAG'
-    )
+    parser.add('--model ROBOT', 'with --guess: take joints, units and the input from a robot')
+    parser.add('-o --output BAG', 'folder to make; with --guess the file (LOG_map.yaml)')
     several = parser.add_mutually_exclusive_group()
     several.add_argument(
         '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG'
@@ -128,7 +130,6 @@ def _parser() -> Parser:
         help='the logs are parts of one run, joined by their times or row by '
         'row; q.csv, dq.csv and tau.csv are so in any case',
     )
-    parser.add_json()
     return parser
 
 
@@ -153,6 +154,8 @@ def _names(logs: list[str]) -> list[str]:
 
 
 def _next(bags: list[Path], column_map: ColumnMap) -> str:
+    from leo_sim.description.robot import typed
+
     robot = column_map.robot or ''
     is_folder = bool(robot) and Path(robot).is_dir()
     return leo('compare', *bags, '--model', robot if is_folder else typed(robot))

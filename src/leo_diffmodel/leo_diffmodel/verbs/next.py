@@ -12,17 +12,17 @@ from typing import Any, TYPE_CHECKING
 
 from rich.text import Text
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
-from leo_sim.effects import Effect
-from leo_sim.effects.consent import effect_words
-from leo_sim.model import Model
+from leo_sim.common.consent import effect_words
 
 if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recording
     from leo_diffmodel.next_run.proposal import Option, Proposal
+    from leo_sim.effects import Effect
+    from leo_sim.model import Model
 
 EXAMPLES = (
     'leo next bags/run1 --model pendulum                      # explains the bag first',
@@ -38,11 +38,12 @@ ABOUT = {'separate': 'nothing here tells these apart', 'show': 'these could not 
 
 def main(argv: list[str]) -> int:
     """Exit status 0, or 1 where no run of the menu helps."""
+    arguments = _parser().parse_args(argv)
+
     from leo_diffmodel.next_run.menu import MotionRun
     from leo_diffmodel.next_run.proposal import propose
     from leo_diffmodel.next_run.run_file import Run, write_run
 
-    arguments = _parser().parse_args(argv)
     target = _target(arguments)
     model = common.named_model(arguments.model)
     check_driven(model)
@@ -82,13 +83,9 @@ def check_driven(model: Model) -> None:
 def _parser() -> Parser:
     arguments = common.parser('next', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add(
-        '--explain', 'folder of leo explain -o for the same bags and model', metavar='DIR'
-    )
-    arguments.add('--seconds', 'length of the run', type=float, default=SECONDS)
-    arguments.add(
-        '-o', 'the run to write', dest='output', default='next_run.csv', metavar='FILE.csv'
-    )
+    arguments.add('--explain DIR', 'folder of leo explain -o for the same bags and model')
+    arguments.add('--seconds', 'length of the run', default=SECONDS)
+    arguments.add('-o FILE.csv', 'the run to write', dest='output', default='next_run.csv')
     return arguments
 
 

@@ -6,12 +6,8 @@ from __future__ import annotations
 from dataclasses import replace
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from leo_diffmodel.add.patch import history
-from leo_diffmodel.add.rounds import ladder, merged, rounds
-from leo_diffmodel.compare.comparison import compare
-from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain import show
 from leo_msgs_py.console import figures, progress, Table, Terminal
@@ -19,9 +15,11 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import json_text, write_together
-from leo_sim.effects.consent import effect_words
-from leo_sim.model import Model
-from leo_sim.model.model_file import model_text
+from leo_sim.common.consent import effect_words
+
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.explanation import Explanation
+    from leo_sim.model import Model
 
 MOST_ACROSS = 6  # states that a table shows side by side
 EXAMPLES = (
@@ -33,9 +31,15 @@ EXAMPLES = (
 
 def main(argv: list[str]) -> int:
     """Exit status as `leo explain`."""
-    from leo_diffmodel.report.explained import explanation_page
-
     arguments = _parser().parse_args(argv)
+
+    from leo_diffmodel.add.patch import history
+    from leo_diffmodel.add.rounds import ladder, merged, rounds
+    from leo_diffmodel.compare.comparison import compare
+    from leo_diffmodel.explain.explanation import explain
+    from leo_diffmodel.report.explained import explanation_page
+    from leo_sim.model.model_file import model_text
+
     folder = common.fresh_folder(arguments.output)
     assert folder is not None  # -o is required
     target = folder / 'model.yaml'

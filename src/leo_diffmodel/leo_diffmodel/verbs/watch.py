@@ -13,7 +13,7 @@ from leo_diffmodel.verbs import common, watch_common
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser, ros_args_apart, where
-from leo_sim.effects.consent import words
+from leo_sim.common.consent import words
 
 if TYPE_CHECKING:
     from leo_diffmodel.nodes.live_robot import LiveRobot
@@ -37,14 +37,15 @@ HINT = 'start one, as in: leo run leo_sim robot --ros-args -p robot:=pendulum'
 
 def main(argv: list[str]) -> int:
     """Run `leo watch` until it is interrupted."""
+    if '--live' in argv:
+        return _live(argv)
+    arguments = watch_common.parser().parse_args(argv)
+
     from leo_diffmodel.watch.page.document import Tab
     from leo_diffmodel.watch.scene import Scene
     from leo_diffmodel.watch.state import State
     from leo_diffmodel.watch.worker import Finder
 
-    if '--live' in argv:
-        return _live(argv)
-    arguments = watch_common.parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
@@ -71,13 +72,14 @@ def _server(
 
 
 def _live(argv: list[str]) -> int:
+    typed, ros_args = ros_args_apart(argv)
+    arguments = _live_parser().parse_args(typed)
+
     from leo_diffmodel.bags.topic_map import read_topic_map
     from leo_diffmodel.nodes.live_robot import live_robot
     from leo_diffmodel.watch.live.renewing import Source
     from leo_sim.model.window_shares import alone
 
-    typed, ros_args = ros_args_apart(argv)
-    arguments = _live_parser().parse_args(typed)
     arguments.ros_args = ros_args
     common.fresh_folder(arguments.output)
     model = common.named_model(arguments.model)

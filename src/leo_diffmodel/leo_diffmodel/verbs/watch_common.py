@@ -12,15 +12,15 @@ from threading import Thread
 from typing import Any, TYPE_CHECKING
 import webbrowser
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
 from leo_msgs_py.verbs.common import Parser
-from leo_sim.model import Model
 
 if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recording
     from leo_diffmodel.next_run.menu import MotionRun
     from leo_diffmodel.next_run.run_file import Run
     from leo_diffmodel.watch.next_run import Plan
+    from leo_sim.model import Model
 
 ABOUT = 'leo watch: a page where the robot, its model and the missing effect stand side by side.'
 EXAMPLES = (
@@ -55,9 +55,7 @@ def parser() -> Parser:
 
 
 def add_page_arguments(arguments: Parser) -> None:
-    arguments.add(
-        '-o', "where 'add to model' writes; without, nowhere", dest='output', metavar='DIR'
-    )
+    arguments.add('-o DIR', "where 'add to model' writes; without, nowhere", dest='output')
     arguments.add('--port', 'to listen on (by default a free one)', type=_port, default=0)
     arguments.flag('--no-browser', 'only print the address')
 

@@ -43,8 +43,8 @@ from leo_msgs_py.node import (
 )
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.values import status_message
+from leo_sim.common.consent import trust_parameter
 from leo_sim.description.robot import Robot
-from leo_sim.effects.consent import trust_parameter
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 

@@ -8,11 +8,8 @@ import json
 from pathlib import Path
 import sys
 import time
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from leo_diffmodel.bags.episode import distinct
-from leo_diffmodel.compare.known import provenance
-from leo_diffmodel.next_run.run_file import write_run
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.next import predict_words
 from leo_msgs_py.console import progress, Table, Terminal
@@ -20,9 +17,10 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_msgs_py.whole_file import json_text, write_together
-from leo_sim.effects.consent import add_effect_argument
-from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
+from leo_sim.common.consent import add_effect_argument
+
+if TYPE_CHECKING:
+    from leo_sim.model import Model
 
 EXAMPLES = """\
   leo datasheet --model xl330_pendulum -o unit1       (drives the running robot for 73 s)
@@ -40,6 +38,9 @@ def main(argv: list[str]) -> int:
         return _beside(options)
     if options.model is None:
         raise UserError('leo datasheet: --model names the robot, a folder or a model file')
+
+    from leo_sim.model.model_file import load_model
+
     model = load_model(options.model)
     joint = _joint(options.joint, model)
     if options.motion:
@@ -58,20 +59,18 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     parser = Parser('leo datasheet', 'The figures of a motor, with intervals.', EXAMPLES)
     parser.add(
-        'inputs',
+        'inputs BAG',
         'recordings of the motor with a known load; none: the running robot is driven; '
         'or datasheet.json files, side by side',
         nargs='*',
-        metavar='BAG',
     )
-    parser.add('--model --robot', 'a model file, a robot name or folder', metavar='M')
-    parser.add('--joint', 'which motor, where there are several', metavar='J')
-    parser.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
-    parser.add('--motion', 'write the motion, no more', type=Path, metavar='CSV')
+    parser.add('--model --robot M', 'a model file, a robot name or folder')
+    parser.add('--joint J', 'which motor, where there are several')
+    parser.add('--topic-map MAP.yaml', 'other topic and joint names')
+    parser.add('--motion CSV', 'write the motion, no more', type=Path)
     parser.flag('--yes', 'drive without asking (as leo play)')
-    parser.add('-o', 'write JSON and page here', dest='output', metavar='DIR')
+    parser.add('-o DIR', 'write JSON and page here', dest='output')
     add_effect_argument(parser)
-    parser.add_json()
     return parser
 
 
@@ -86,6 +85,7 @@ def _joint(named: str | None, model: Model) -> str:
 def _motion(options: Any, model: Model, joint: str) -> int:
     from leo_diffmodel.datasheet.measure import opened
     from leo_diffmodel.datasheet.motion import motion
+    from leo_diffmodel.next_run.run_file import write_run
 
     run = motion(opened(model, joint), joint)
     write_run(options.motion, run, model.robot)
@@ -102,6 +102,7 @@ def _played(
     """The bag of the standard motion, played on the running robot."""
     from leo_diffmodel.datasheet.measure import opened
     from leo_diffmodel.datasheet.motion import motion
+    from leo_diffmodel.next_run.run_file import write_run
     from leo_learner.verbs.play import main as play
 
     if folder is None:
@@ -123,6 +124,8 @@ def _played(
 
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
     """Measure, and write what was asked for."""
+    from leo_diffmodel.bags.episode import distinct
+    from leo_diffmodel.compare.known import provenance
     from leo_diffmodel.datasheet.measure import measure
     from leo_diffmodel.datasheet.sheet import conditions, sheet
 

@@ -27,13 +27,12 @@ ROBOT = 'torque_pendulum'
 
 def main(argv: list[str]) -> int:
     parser = Parser('leo demo', 'Find, repair and retrain, on a robot with a secret.', EXAMPLES)
-    parser.add('--hidden-seed', 'draws the secret', type=int, default=1, metavar='S')
+    parser.add('--hidden-seed S', 'draws the secret', default=1)
     parser.add('--data', 'folder of recorded robots', type=Path, default=DATA)
     parser.flag('--no-data', 'only the simulated robot')
     parser.flag('--quick', 'explain a shipped recording instead: under a minute')
-    parser.add('-o --output', 'folder of the run', type=Path, metavar='DIR')
+    parser.add('-o --output DIR', 'folder of the run', type=Path)
     parser.flag('--no-browser', 'end without opening the live page on the recording')
-    parser.add_json()
     options = parser.parse_args(argv)
     if options.hidden_seed < 0:
         raise UserError('leo demo: --hidden-seed takes 0 or more')

@@ -17,7 +17,7 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_msgs_py.whole_file import write_whole
-from leo_sim.effects.consent import add_effect_argument, words
+from leo_sim.common.consent import add_effect_argument, words
 
 if TYPE_CHECKING:
     from leo_learner.training.loop import TrainingLoop
@@ -73,8 +73,8 @@ def main(argv: list[str]) -> int:
 
 def command_line() -> Parser:
     parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
-    parser.add('--robot', 'robot whose ideal model is trained on', metavar='R')
-    parser.add('--model', 'model file, robot or robot folder', metavar='MODEL')
+    parser.add('--robot R', 'robot whose ideal model is trained on')
+    parser.add('--model MODEL', 'model file, robot or robot folder')
     parser.add(
         '--agent',
         'ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
@@ -86,14 +86,13 @@ def command_line() -> Parser:
         choices=ACTIONS['ddpg'],
     )
     parser.add('--config', 'recommended, or thesis: the reference', choices=AGENTS['ddpg'])
-    parser.add('--steps', 'transitions to gather, all in all', type=int, metavar='N')
-    parser.add('--seed', 'of everything drawn (0)', type=int, metavar='S')
+    parser.add('--steps N', 'transitions to gather, all in all', type=int)
+    parser.add('--seed S', 'of everything drawn (0)', type=int)
     parser.flag('--on-robot', 'train on the running robot')
-    parser.add('--start', 'begin with the networks of that run', metavar='DIR')
-    parser.add('--resume', 'go on with a run', type=Path, metavar='DIR')
-    parser.add('-o --output', 'folder of the run', type=Path, metavar='DIR')
+    parser.add('--start DIR', 'begin with the networks of that run')
+    parser.add('--resume DIR', 'go on with a run', type=Path)
+    parser.add('-o --output DIR', 'folder of the run', type=Path)
     add_effect_argument(parser)
-    parser.add_json()
     return parser
 
 

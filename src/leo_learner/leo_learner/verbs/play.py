@@ -11,14 +11,10 @@ from pathlib import Path
 import sys
 from typing import Any, TYPE_CHECKING
 
-from leo_diffmodel.next_run.run_file import is_run_file
-from leo_learner.verbs.play_run import play_run, playing, run_text
-from leo_learner.verbs.play_scripted import motion_text, play_motion, unknown
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
-from leo_sim.effects.consent import add_effect_argument
-from leo_sim.task.motions import MOTIONS
+from leo_sim.common.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
@@ -44,46 +40,35 @@ def main(argv: list[str]) -> int:
         'leo play', 'Run a policy, a run file or a motion, on the robot or a model.', EXAMPLES
     )
     parser.add(
-        'policy',
+        'policy POLICY',
         'policy.safetensors of leo learn, the name of a shipped one, a run '
         'file (.csv) of leo next, or a motion of a walker: swinging '
         '(hanging), standing, stepping (with its falls)',
         type=Path,
-        metavar='POLICY',
     )
-    parser.add('--model', 'model file or robot; without it the robot', metavar='M')
+    parser.add('--model M', 'model file or robot; without it the robot')
     parser.add(
-        '--difference',
+        '--difference FILE',
         'say where a policy leaves the data of this difference model, on M '
         'corrected by it, or on the robot',
         type=Path,
-        metavar='FILE',
     )
     parser.add(
-        '--bag',
+        '--bag DIR',
         'write what it did to a bag: what M did, and without --model what '
         'the ideal robot did under a policy, or the running one otherwise',
         type=Path,
-        metavar='DIR',
     )
     parser.flag('--yes', 'send a run file without asking, unless it hits a stop')
     parser.add(
-        '--predict',
+        '--predict M',
         'model file for the dry run of a run file before it is sent (the robot it names)',
-        metavar='M',
     )
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
-    parser.add('--collect', 'drive STEPS with noise', type=int, metavar='STEPS')
-    parser.add('--seconds', 'length of a motion (10)', type=float, metavar='T')
-    parser.add(
-        '--seed',
-        'of random starts, and of the figures of a motion',
-        type=int,
-        default=0,
-        metavar='S',
-    )
+    parser.add('--collect STEPS', 'drive STEPS with noise', type=int)
+    parser.add('--seconds T', 'length of a motion (10)', type=float)
+    parser.add('--seed S', 'of random starts, and of the figures of a motion', default=0)
     add_effect_argument(parser)
-    parser.add_json()
     words, ros_args = ros_args_apart(argv)
     options = parser.parse_args(words)
     _check(options)
@@ -93,6 +78,9 @@ def main(argv: list[str]) -> int:
 
 
 def _check(options: Any) -> None:
+    from leo_diffmodel.next_run.run_file import is_run_file
+    from leo_sim.task.motions import MOTIONS
+
     run, motion = is_run_file(options.policy), str(options.policy) in MOTIONS
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
@@ -115,6 +103,11 @@ def _check(options: Any) -> None:
 
 
 def _played_by(options: Any, ros_args: list[str]) -> tuple[dict[str, Any], Callable[..., str]]:
+    from leo_diffmodel.next_run.run_file import is_run_file
+    from leo_learner.verbs.play_run import play_run, run_text
+    from leo_learner.verbs.play_scripted import motion_text, play_motion
+    from leo_sim.task.motions import MOTIONS
+
     if is_run_file(options.policy):
         return play_run(options, ros_args), run_text
     if str(options.policy) in MOTIONS:
@@ -128,6 +121,8 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.learning.collect import collect
     from leo_learner.learning.policy import Policy, shipped
     from leo_learner.training.loop import play
+    from leo_learner.verbs.play_run import playing
+    from leo_learner.verbs.play_scripted import unknown
     from leo_sim.model.model_file import load_model
 
     if not options.policy.is_file() and str(options.policy) not in shipped():

@@ -9,6 +9,7 @@ from dataclasses import replace
 import sys
 from typing import Any
 
+import numpy as np
 from rich.progress import Progress
 
 from leo_diffmodel.compare.sizes import length_unit
@@ -19,6 +20,7 @@ from leo_learner.verbs.play_question import agree, away, moved, see_that_somebod
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
 
 
 def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
@@ -42,8 +44,6 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
 
 
 def _model(options: Any, robot: str) -> Model:
-    from leo_sim.model.model_file import load_model
-
     if given := options.model or options.predict:
         return load_model(given)
     if not robot:
@@ -68,8 +68,6 @@ def run_text(result: dict[str, Any]) -> str:
 
 
 def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, Any]:
-    import numpy as np
-
     state, rows = start_of(run, model), []
     with playing(run.count) as step:
         for inputs, on in zip(run.inputs, run.enabled, strict=True):

@@ -7,11 +7,15 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
+from leo_learner.environment.env import model_env
+from leo_learner.environment.rollouts import Rollouts
+from leo_learner.learning.collect import perform
 from leo_learner.verbs.play_run import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import typed
+from leo_sim.model.model_file import load_model
 from leo_sim.task.motions import MOTIONS, Routine
 
 SECONDS = 10.0
@@ -48,11 +52,6 @@ def motion_text(result: dict[str, Any]) -> str:
 
 
 def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
-    from leo_learner.environment.env import model_env
-    from leo_learner.environment.rollouts import Rollouts
-    from leo_learner.learning.collect import perform
-    from leo_sim.model.model_file import load_model
-
     model = load_model(options.model)
     routine = Routine(model.robot, str(options.policy), options.seed)
     env = Rollouts(model_env(model))
@@ -64,7 +63,6 @@ def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
 
 
 def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.learning.collect import perform
     from leo_learner.robot.running import running_robot
 
     with running_robot(ros_args) as running:

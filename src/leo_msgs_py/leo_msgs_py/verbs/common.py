@@ -33,7 +33,7 @@ Pairs = list[tuple[str, list[str]]]  # names of topics or services with their ty
 class Parser(argparse.ArgumentParser):
     """A command line whose mistakes are UserErrors and whose help shows examples."""
 
-    def __init__(self, prog: str, description: str, examples: str) -> None:
+    def __init__(self, prog: str, description: str, examples: str, json: bool = True) -> None:
         super().__init__(
             prog=prog,
             description=description,
@@ -41,19 +41,26 @@ class Parser(argparse.ArgumentParser):
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         self.register('type', float, _number)
+        if json:
+            self.flag('--json', 'print the result as JSON')
 
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{self.prog}: {message}; see '{self.prog} --help'")
 
     def add(self, names: str, about: str, **options: Any) -> None:
-        """Accept an argument by its names; `options` are those of `add_argument`."""
-        self.add_argument(*names.split(), help=about, **options)
+        """Accept an argument by its names, and in capitals what it takes: '-o --output DIR'.
+
+        It is of the type of a default; other `options` are those of `add_argument`.
+        """
+        first, *more = names.split()
+        if more and more[-1][0].isupper():
+            options['metavar'] = more.pop()
+        if isinstance(options.get('default'), int | float):
+            options.setdefault('type', type(options['default']))
+        self.add_argument(first, *more, help=about, **options)
 
     def flag(self, names: str, about: str) -> None:
         self.add(names, about, action='store_true')
-
-    def add_json(self) -> None:
-        self.flag('--json', 'print the result as JSON')
 
 
 def _number(text: str) -> float:
@@ -77,7 +84,7 @@ def dispatch(
     argv: list[str],
     examples: str,
 ) -> int:
-    parser = Parser(prog, description, examples)
+    parser = Parser(prog, description, examples, json=False)
     parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))
     rest = parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     rest.required = False
@@ -152,7 +159,6 @@ def list_typed(
     """Run `leo topic list` or `leo service list`, of what `found` gives for a node."""
     parser = Parser(f'leo {what} list', about, examples)
     parser.flag('-t --show-types', 'with their types')
-    parser.add_json()
     options = parser.parse_args(argv)
     with probe() as node:
         pairs = found(node)

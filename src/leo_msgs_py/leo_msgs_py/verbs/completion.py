@@ -32,11 +32,12 @@ complete -o bashdefault -o default -F _leo leo
 """
 ZSH = 'autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashcompinit\n'
 _OPTION = re.compile(r'(?<![\w-])--[a-z][a-z-]*')
-_SUB_VERBS = re.compile(r'^ +([a-z_-]+(?:\|[a-z_-]+)+)$', re.MULTILINE)
+_SUB_VERBS = re.compile(r'^ +([a-z0-9_-]+(?:\|[a-z0-9_-]+)+)$', re.MULTILINE)
 
 
 def main(argv: list[str]) -> int:
-    parser = Parser('leo completion', 'Print a script with which a shell completes leo.', EXAMPLES)
+    about = 'Print a script with which a shell completes leo.'
+    parser = Parser('leo completion', about, EXAMPLES, json=False)
     parser.add_argument('shell', choices=('bash', 'zsh'))
     options = parser.parse_args(argv)
     words = {

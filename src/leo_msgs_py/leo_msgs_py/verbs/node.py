@@ -27,7 +27,6 @@ def main(argv: list[str]) -> int:
 def _list(argv: list[str]) -> int:
     parser = common.Parser('leo node list', 'List the nodes.', _LIST_EXAMPLES)
     parser.flag('-a --all', 'hidden ones too')
-    parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
         found = names(node, hidden=options.all)
@@ -41,7 +40,6 @@ def _list(argv: list[str]) -> int:
 def _info(argv: list[str]) -> int:
     parser = common.Parser('leo node info', 'What a node offers and uses.', _INFO_EXAMPLES)
     parser.add('node', 'for example /robot')
-    parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
         full = find(node, options.node)

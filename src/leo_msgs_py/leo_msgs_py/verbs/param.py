@@ -26,7 +26,6 @@ def main(argv: list[str]) -> int:
 def _list(argv: list[str]) -> int:
     parser = common.Parser('leo param list', 'List parameters.', _LIST_EXAMPLES)
     parser.add('node', 'for example /robot; all where left away', nargs='?')
-    parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
         wanted = [node_verb.find(node, options.node)] if options.node else node_verb.names(node)
@@ -40,7 +39,6 @@ def _get(argv: list[str]) -> int:
     parser = common.Parser('leo param get', 'Print a parameter.', _GET_EXAMPLES)
     parser.add_argument('node')
     parser.add_argument('parameter')
-    parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
         name = node_verb.find(node, options.node)
@@ -57,7 +55,7 @@ def _get(argv: list[str]) -> int:
 
 
 def _set(argv: list[str]) -> int:
-    parser = common.Parser('leo param set', 'Set a parameter.', _SET_EXAMPLES)
+    parser = common.Parser('leo param set', 'Set a parameter.', _SET_EXAMPLES, json=False)
     parser.add_argument('node')
     parser.add_argument('parameter')
     parser.add('value', 'as YAML: 1, 1.5, true, text, [1, 2]')

@@ -23,6 +23,7 @@ def main(argv: list[str]) -> int:
         'leo run',
         'Start an executable of a package, as `ros2 run` does.',
         f'{_EXAMPLES}\nexecutables:\n{there}',
+        json=False,
     )
     parser.add('package', 'for example leo_sim')
     parser.add('executable', 'for example robot')

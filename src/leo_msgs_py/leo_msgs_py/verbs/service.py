@@ -38,8 +38,7 @@ def _call(argv: list[str]) -> int:
     parser.add_argument('service')
     parser.add('type', 'type; found out where left away', nargs='?')
     parser.add('values', 'fields of the request as YAML', nargs='?', default='')
-    parser.add('--timeout', 'wait so long [s]', type=float, default=10.0)
-    parser.add_json()
+    parser.add('--timeout', 'wait so long [s]', default=10.0)
     options = parser.parse_args(argv)
     if options.type and '/' not in options.type:
         options.type, options.values = None, options.type

@@ -16,8 +16,7 @@ _SECONDS = 2.5
 def main(argv: list[str]) -> int:
     """Print what the nodes last said of themselves; 1 where nobody speaks or one has an error."""
     parser = common.Parser('leo status', 'How the nodes of the graph are doing.', _EXAMPLES)
-    parser.add('--seconds', 'how long to listen', type=float, default=_SECONDS)
-    parser.add_json()
+    parser.add('--seconds', 'how long to listen', default=_SECONDS)
     options = parser.parse_args(argv)
     found = _listen(options.seconds)
     if not found and not options.json:

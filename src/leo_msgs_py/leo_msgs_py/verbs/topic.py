@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import argparse
+from itertools import pairwise
 import json
+from statistics import fmean, pstdev
 import sys
 import time
 from typing import Any
-
-import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.interfaces import fill, load, to_plain
@@ -56,7 +56,6 @@ def _info(argv: list[str]) -> int:
     parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _INFO_EXAMPLES)
     parser.add_argument('topic')
     parser.flag('-v --verbose', 'each endpoint and its QoS')
-    parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
         topic = common.absolute(options.topic)
@@ -119,7 +118,7 @@ def _hz(argv: list[str]) -> int:
             stamps.clear()
             spin_until(lambda: False, 1.0)
             if len(stamps) > 1:
-                _print_rate(np.diff(stamps), options.json)
+                _print_rate([b - a for a, b in pairwise(stamps)], options.json)
             elif running():
                 print('no new messages', file=sys.stderr, flush=True)
             if options.once and len(stamps) > 1:
@@ -132,12 +131,11 @@ def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argpar
     parser.add_argument('topic')
     parser.add('type', 'type, where nobody publishes yet', nargs='?')
     parser.flag('--once', f'stop after the first {what}')
-    parser.add_json()
     return parser.parse_args(argv)
 
 
 def _pub(argv: list[str]) -> int:
-    parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES)
+    parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES, json=False)
     parser.add_argument('topic')
     parser.add('type', 'for example std_msgs/msg/String')
     parser.add('values', 'fields as YAML', nargs='?', default='')
@@ -199,13 +197,13 @@ def _matching(node: Any, topic: str) -> Any:
     )
 
 
-def _print_rate(gaps: np.ndarray, as_json: bool) -> None:
+def _print_rate(gaps: list[float], as_json: bool) -> None:
     figures = {
-        'rate': 1 / gaps.mean(),
-        'min': gaps.min(),
-        'max': gaps.max(),
-        'std_dev': gaps.std(),
-        'window': gaps.size + 1,
+        'rate': 1 / fmean(gaps),
+        'min': min(gaps),
+        'max': max(gaps),
+        'std_dev': pstdev(gaps),
+        'window': len(gaps) + 1,
     }
     if as_json:
         text = json.dumps({name: float(value) for name, value in figures.items()})

@@ -11,11 +11,11 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
+from leo_sim.common.consent import trust
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.description.robot import Robot
 from leo_sim.effects import commands, friction, ground, joints, links, sensors
 from leo_sim.effects.base import Effect, HOOKS, Placed
-from leo_sim.effects.consent import trust
 from leo_sim.effects.motor import Motor
 from leo_sim.effects.parameter import Parameter, ROLES
 
@@ -78,7 +78,7 @@ EFFECTS: dict[str, Effect] = {
 def get_effect(ref: str) -> Effect:
     """The effect of that name: from the catalogue, an entry point, or a user's Python file.
 
-    The path of a .py file that defines one subclass of Effect lets it run (see `consent`).
+    The path of a .py file that defines one subclass of Effect lets it run (see `common.consent`).
     UserError: no such effect (naming the nearest one), or a file without exactly one.
     """
     if ref in EFFECTS:

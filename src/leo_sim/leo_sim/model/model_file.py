@@ -13,10 +13,10 @@ import yaml
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.whole_file import write_whole
+from leo_sim.common.consent import require
 from leo_sim.common.yaml_file import Finite, read, Schema
 from leo_sim.description.robot import load_robot, named_robots, Robot
 from leo_sim.effects import check_bounds, get_effect, place, Placed
-from leo_sim.effects.consent import require
 from leo_sim.effects.parameter import has_unit, Parameter
 from leo_sim.model.constants import changed_constants, checked_constants, ConstantFile, expanded
 from leo_sim.model.model import Model
@@ -75,7 +75,7 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
     """A model from model.yaml, a robot's or a shipped model's name, or a robot folder.
 
     UserError: one line with file, place and what is wrong; a Python file in it that the user has
-    not named (see `effects.consent`).
+    not named (see `common.consent`).
     """
     path = _named_file(ref)
     if not os.path.isfile(path):  # False for a name that no file can have, too

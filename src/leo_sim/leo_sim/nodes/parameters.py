@@ -13,9 +13,9 @@ from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, private_parameter
 from leo_msgs_py.terminal import leo
+from leo_sim.common.consent import trust_parameter
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverInfo, DriverOptions
-from leo_sim.effects.consent import trust_parameter
 from leo_sim.nodes.publishers import MODULUS
 
 NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard deviations'

@@ -36,28 +36,17 @@ def _parser() -> common.Parser:
         _EXAMPLES,
     )
     parser.add_argument('driver', metavar='DRIVER|FILE.py')
-    parser.add_argument('--robot', required=True, metavar='R', help='the model of what it drives')
-    parser.add_argument('--port', default='', help='where it is connected')
-    parser.add_argument('--bag', default='', help='what driver replay plays')
+    parser.add('--robot R', 'the model of what it drives', required=True)
+    parser.add('--port', 'where it is connected', default='')
+    parser.add('--bag', 'what driver replay plays', default='')
     parser.add_argument('--state-rate', type=float, default=0.0, metavar='HZ')
-    parser.add_argument('--move', action='store_true', help='push each joint, after a question')
-    parser.add_argument(
-        '--range',
-        type=float,
-        default=0.2,
-        metavar='RAD',
-        help='how far a joint may go from where it is (0.2; slides: m)',
+    parser.flag('--move', 'push each joint, after a question')
+    parser.add(
+        '--range RAD', 'how far a joint may go from where it is (0.2; slides: m)', default=0.2
     )
-    parser.add_argument(
-        '--share',
-        type=float,
-        default=0.25,
-        metavar='S',
-        help='of the limits of the actuators that may be used (0.25)',
-    )
-    parser.add_argument('--by-hand', action='store_true', help='ask you to turn joints')
-    parser.add_argument('--yes', action='store_true', help='do not ask before moving')
-    parser.add_json()
+    parser.add('--share S', 'of the limits of the actuators that may be used (0.25)', default=0.25)
+    parser.flag('--by-hand', 'ask you to turn joints')
+    parser.flag('--yes', 'do not ask before moving')
     return parser
 
 

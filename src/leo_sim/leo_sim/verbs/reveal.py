@@ -25,8 +25,7 @@ def read_sealed(path: str | Path) -> dict[str, Any]:
 
 def main(argv: list[str]) -> int:
     parser = Parser('leo reveal', 'Open the sealed truth about hidden effects.', EXAMPLES)
-    parser.add_argument('file', help='the file the robot printed as "sealed: FILE"')
-    parser.add_json()
+    parser.add('file', 'the file the robot printed as "sealed: FILE"')
     options = parser.parse_args(argv)
     truth = read_sealed(options.file)
     print(json.dumps(truth, indent=2) if options.json else _sentences(truth))

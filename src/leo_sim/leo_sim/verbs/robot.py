@@ -39,25 +39,23 @@ def _init(argv: list[str]) -> int:
     )
     parser.add_argument('urdf', type=Path, metavar='URDF|MJCF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
-    parser.add_argument(
+    parser.add(
         '--input',
+        'what the actuators take (default: torque)',
         choices=('torque', 'voltage', 'position'),
         default='torque',
-        help='what the actuators take (default: torque)',
     )
-    parser.add_argument(
+    parser.add(
         '--driver',
+        'write how its hardware is connected, to be filled in',
         choices=('dynamixel', 'feetech'),
-        help='write how its hardware is connected, to be filled in',
     )
-    parser.add_argument(
-        '--without',
+    parser.add(
+        '--without LINK',
+        'take this link out, with its joint and everything beyond it',
         action='append',
         default=[],
-        metavar='LINK',
-        help='take this link out, with its joint and everything beyond it',
     )
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.verbs.skeleton.folder import make_folder
@@ -89,7 +87,6 @@ def _step(argv: list[str]) -> int:
         STEP,
     )
     parser.add_argument('folder', type=Path, metavar='FOLDER')
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.verbs.skeleton.figures import measure_step
@@ -110,7 +107,6 @@ def _step(argv: list[str]) -> int:
 
 def _list(argv: list[str]) -> int:
     parser = common.Parser('leo robot list', 'The robots and models that have a name.', LIST)
-    parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.description.robot import load_robot, named_robots

@@ -237,6 +237,18 @@ def test_what_serializers_leave_behind_a_message_is_passed_over(spare):
         cdr.decode(data + bytes(60), JOINT_STATE)
 
 
+def test_joint_states_of_one_layout_are_read_and_written_as_by_rosbags():
+    read, store = cdr.decoder(JOINT_STATE), cdr.typestore()
+    for k, names in enumerate([('hip', 'knee'), ('hip', 'foot'), (), ('hip', 'foot')] * 2):
+        columns = [np.arange(n) - 1.5 * k for n in (len(names), 2 * (k % 3), k % 2)]
+        data = cdr.joint_state(10**18 + k, names, *columns)
+        known = cdr.decode(data, JOINT_STATE)
+        assert cdr.encode(known) == data
+        for little in (True, False):
+            theirs = bytes(store.serialize_cdr(known, JOINT_STATE, little_endian=little))
+            assert cdr.encode(read(theirs + bytes(k), JOINT_STATE)) == data
+
+
 def test_an_unknown_type_names_the_nearest():
     with pytest.raises(UserError, match='did you mean sensor_msgs/msg/JointState'):
         definition('sensor_msgs/msg/JointStat')

@@ -11,7 +11,8 @@ from tests.simulate import record
 from leo_diffmodel.exported.check import check
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
-from leo_sim.export.formats import export, FORMATS
+from leo_sim.export.files import export
+from leo_sim.export.formats import FORMATS
 from leo_sim.model import Model
 
 pytest.importorskip('mujoco')

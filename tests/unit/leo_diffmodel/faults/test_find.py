@@ -18,6 +18,7 @@ from leo_diffmodel.faults.find import adding_up, faults_of, find_faults
 from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import all_mended, mended, pooled
 from leo_diffmodel.outside.finding import ERROR
+from leo_lab.blind.spoil import spoil
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -39,7 +40,7 @@ SIZES = {
 def spoilt(recording: Recording, name: str, value: float) -> Recording:
     fault = FAULTS[name]
     return replace(
-        recording, episodes=tuple(fault.inject(e, 0, 0, value) for e in recording.episodes)
+        recording, episodes=tuple(spoil(fault.name, e, 0, 0, value) for e in recording.episodes)
     )
 
 

@@ -8,10 +8,10 @@ import pytest
 from tests.simulate import record, steps
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.mending import mapped, mended
 from leo_diffmodel.outside.outside import moved_from_outside
+from leo_lab.blind.spoil import spoil
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -48,7 +48,7 @@ def test_friction_at_all_joints_is_no_fault(log):
 
 def test_exchanged_inputs_are_told_and_put_right(log):
     (e,) = log.episodes
-    wrong = with_inputs(log, FAULTS['input_exchanged'].inject(e, 0, 0, 1.0).inputs)
+    wrong = with_inputs(log, spoil('input_exchanged', e, 0, 0, 1.0).inputs)
     (told,) = errors(wrong)
     assert told.code == 'input_exchanged' and {*told.names} == {'shoulder', 'elbow'}
     assert told.line.startswith('input_of: {')

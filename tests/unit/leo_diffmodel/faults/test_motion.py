@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record
 
-from leo_diffmodel.faults.catalogue.speed import filtered
 from leo_diffmodel.faults.kinematics import relate
 from leo_diffmodel.faults.motion import Channels, coarse, Motion
 from leo_diffmodel.faults.spline import Knots, solved
+from leo_lab.blind.spoil import filtered
 
 
 def channels(seed: int, late: float = 0.0, tau: float = 0.0, noise: float = 0.02) -> Channels:

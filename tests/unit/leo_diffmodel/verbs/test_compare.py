@@ -10,7 +10,8 @@ from tests.cart import cart, cart_pole
 from tests.page import read
 from tests.simulate import bag, PENDULUM, record, steps
 
-from leo_diffmodel.verbs.compare import main, show
+from leo_diffmodel.verbs.compare import main
+from leo_diffmodel.verbs.compared import show
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place

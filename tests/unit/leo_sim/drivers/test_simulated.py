@@ -10,10 +10,11 @@ import yaml
 
 from leo_lab.blind import kinds
 from leo_msgs_py.errors import UserError
+from leo_sim.common import consent
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
-from leo_sim.effects import consent, place
+from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 from leo_sim.truth import drawing

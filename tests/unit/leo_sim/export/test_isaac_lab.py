@@ -13,7 +13,8 @@ from tests.hostile_names import folder_of, RUNS
 from tests.models import modelled
 
 from leo_msgs_py.errors import UserError
-from leo_sim.export.formats import export, FORMATS
+from leo_sim.export.files import export
+from leo_sim.export.formats import FORMATS
 from leo_sim.model import Model
 
 BASE = (

@@ -10,9 +10,9 @@ import pytest
 import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.consent import trust
 from leo_sim.description.robot import Constant, load_robot
 from leo_sim.effects import EFFECTS, place
-from leo_sim.effects.consent import trust
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_effects, load_model, save_model, write_effects
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from importlib.resources import files
 import json
 from pathlib import Path
 import shutil
@@ -23,6 +22,7 @@ from ..types import APPLIED, Floats
 from .column_map import ColumnMap, ColumnSpec
 from .log_format import Column, Table
 from .samples import incomplete, LeftOut, refuse_unknown_inputs, sentences, times
+from .shipped import shipped_maps
 from .tables import episodes_of
 
 SAME = 1e-9  # of a constant: what is less is no difference between two rows or logs
@@ -98,11 +98,6 @@ def load_map(source: str | Path | ColumnMap) -> ColumnMap:
     if name not in shipped:
         raise UserError(f'no column map {source}{nearest(Path(name).name, shipped)}')
     return read(shipped[name], ColumnMap)
-
-
-def shipped_maps() -> dict[str, Path]:
-    folder = Path(str(files('leo_diffmodel.bags') / 'maps'))
-    return {path.stem: path for path in sorted(folder.glob('*.yaml'))}
 
 
 def _runs(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> tuple[list[Run], list[str]]:

@@ -4,13 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 import math
 
-import numpy as np
-
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Array, Factor, Fault, Patch
+from leo_diffmodel.faults.base import Factor, Fault, Patch
 
 
 class AngleScale(Factor):
@@ -51,9 +47,6 @@ class AngleZero(Fault):
     confused_with = 'encoder_offset (the same, small), a tilted base, a payload off the axis.'
     costs = 'Gravity has the wrong sign or direction, and no effect mends that.'
 
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return x + value
-
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'offset': -value}
 
@@ -69,11 +62,6 @@ class GoalAsAngle(Fault):
     costs = 'A robot without mass or friction.'
     todo = 'log the position that the servo reports (observation, not action)'
 
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        q = e.q.copy()
-        q[:, j] = e.inputs[:, a]
-        return replace(e, q=q)
-
 
 class GoalExchanged(Fault):
     """Angle and goal stand in each other's column: state and action of a data set."""
@@ -87,11 +75,6 @@ class GoalExchanged(Fault):
     looks_like = 'The angle does in advance what its goal says later.'
     confused_with = 'Nothing: no servo knows its goals before they come.'
     costs = 'A servo that runs ahead of its goals, or a hand.'
-
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        q, inputs = e.q.copy(), e.inputs.copy()
-        q[:, j], inputs[:, a] = e.inputs[:, a], e.q[:, j]
-        return replace(e, q=q, inputs=inputs)
 
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'goal_is_angle': True}
@@ -110,14 +93,6 @@ class Frozen(Fault):
     costs = 'Stiction or a blow where there was none.'
     todo = 'mend encoder or bus; leo bag fix leaves these stretches out'
 
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        before = e.t <= e.t[-1] - value
-        fastest = int(np.argmax(np.abs(e.dq[:, j]) * before))
-        stuck = (e.t >= e.t[fastest]) & (e.t < e.t[fastest] + value)
-        q = e.q.copy()
-        q[stuck, j] = q[fastest, j]
-        return replace(e, q=q)
-
 
 class Repeated(Fault):
     """Samples that repeat the one before under a new stamp: published faster than measured."""
@@ -130,12 +105,6 @@ class Repeated(Fault):
     confused_with = 'A coarse encoder at low speed.'
     costs = 'Noise, and a delay of half the time from fresh sample to fresh sample.'
     todo = 'publish a state when it was measured, stamped then'
-
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        again = np.random.default_rng(0).uniform(size=len(e.t)) < value
-        again[0] = False
-        fresh = np.maximum.accumulate(np.where(again, 0, np.arange(len(e.t))))
-        return replace(e, q=e.q[fresh], dq=e.dq[fresh])
 
 
 class Quantised(Fault):
@@ -151,6 +120,3 @@ class Quantised(Fault):
     confused_with = 'Noise; backlash.'
     costs = 'Speeds that are differences of it are noise.'
     todo = 'log more digits, or the counts of the encoder'
-
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return np.asarray(value * np.round(x / value))

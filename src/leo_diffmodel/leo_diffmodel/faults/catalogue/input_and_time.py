@@ -4,12 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
-import numpy as np
-
-from leo_diffmodel.bags.mend import with_inputs_late
-from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.faults.base import Factor, Fault, Patch
 
 
@@ -51,9 +46,6 @@ class InputExchanged(Fault):
     costs = 'A hand at each of them.'
     whole_log = True
 
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        return replace(e, inputs=np.roll(e.inputs, 1, axis=1))
-
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'input_of': dict(zip(names[::2], names[1::2], strict=True))}
 
@@ -69,11 +61,6 @@ class InputDead(Fault):
     confused_with = 'A hand, where the input is 0 throughout.'
     costs = 'A hand, or a motor without strength.'
     todo = 'log what the motor was sent; leo bag fix leaves these stretches out'
-
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        u = e.inputs.copy()
-        u[: int(value * len(u)), a] = 0.0
-        return replace(e, inputs=u)
 
 
 class InputLate(Fault):
@@ -91,9 +78,6 @@ class InputLate(Fault):
     confused_with = 'command_delay, actuator_lag (the same, small); friction at turning points.'
     costs = 'Damping, inertia and delays come out wrong together.'
     whole_log = True
-
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        return with_inputs_late(e, [-value] * e.inputs.shape[1])
 
 
 class GravityCompensated(Fault):
@@ -123,6 +107,3 @@ class TimeStretch(Factor):
     confused_with = 'speed_scale where speeds were measured; armature and link_inertia without.'
     costs = 'Inertia comes out wrong by the square of it.'
     whole_log = True
-
-    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        return replace(e, t=e.t * value)

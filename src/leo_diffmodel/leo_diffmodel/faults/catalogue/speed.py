@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.faults.base import Array, Factor, Fault, Patch
+from leo_diffmodel.faults.base import Factor, Fault, Patch
 
 
 class SpeedScale(Factor):
@@ -50,9 +50,6 @@ class SpeedZero(Fault):
     confused_with = 'speed_scale where the joint turns one way only.'
     costs = 'A constant torque or a tilt of the base is named that is not there.'
 
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return x + value
-
 
 class SpeedLate(Fault):
     """The speed comes later than the angle, by a delay; one period where rows are one apart."""
@@ -67,9 +64,6 @@ class SpeedLate(Fault):
     looks_like = 'The speed has its peaks after the angle is steepest.'
     confused_with = 'speed_filter, which rounds the peaks as well.'
     costs = 'Damping comes out wrong, or a delay of the commands is named.'
-
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return np.interp(t - value, t, x)
 
 
 class SpeedFilter(Fault):
@@ -86,23 +80,8 @@ class SpeedFilter(Fault):
     costs = 'Nothing where velocity_lag is found as well; else damping comes out wrong.'
     todo = 'nothing: leo explain tries velocity_lag; better is to log the raw speed'
 
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return filtered(t, x, value)
-
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'speed': 'none'} if value > self.harmless[1] else {}
-
-
-def filtered(t: Array, x: Array, tau: float) -> Array:
-    """Values (T,) behind a first-order filter, exact for straight lines between samples."""
-    out = x.copy()
-    y = float(x[0])
-    for k, h in enumerate(np.diff(t)):
-        x0, slope = float(x[k]), float(x[k + 1] - x[k]) / h
-        steady = x0 - slope * tau
-        y = steady + slope * h + (y - steady) * np.exp(-h / tau)
-        out[k + 1] = y
-    return out
 
 
 def unfiltered(recording: Recording, joint: str, tau: float) -> Recording:
@@ -127,9 +106,6 @@ class Clipped(Fault):
     confused_with = 'A motor at its no-load speed: then the angle says so, too.'
     costs = 'Quadratic drag or a weak supply is named.'
 
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return np.clip(x, -value, value)
-
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'speed': 'none'}
 
@@ -147,9 +123,6 @@ class SpeedWraps(Fault):
     confused_with = 'speed_sign_bit, whose upper band goes up.'
     costs = 'A zero, a scale and a sign of the speed that are all wrong.'
 
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return np.where(x < 0, x + value, x)
-
 
 class SpeedSignBit(SpeedWraps):
     """A negative speed was read as a positive number: its sign bit counted as a value."""
@@ -159,6 +132,3 @@ class SpeedSignBit(SpeedWraps):
     law = 'w_log = w, or c - w where w < 0'
     looks_like = 'Two bands of values: one from 0 up, one from c up.'
     confused_with = 'speed_wraps, whose upper band goes down.'
-
-    def logged(self, t: Array, x: Array, value: float) -> Array:
-        return np.where(x < 0, value - x, x)

@@ -113,7 +113,7 @@ def test_ctrl_c_after_a_bag_is_written_takes_it_away(words, monkeypatch):
         assert bag.exists()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(verb, 'bag_info', interrupted)
+    monkeypatch.setattr('leo_diffmodel.bags.info.bag_info', interrupted)
     with pytest.raises(KeyboardInterrupt):
         verb.main(['good.csv', '--map', 'map.yaml', '-o', 'bag'])
     assert not Path('bag').exists()

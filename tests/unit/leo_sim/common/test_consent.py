@@ -20,8 +20,8 @@ from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.network import RECOMMENDED
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
-from leo_sim.effects import consent
-from leo_sim.effects.consent import effect_words, trust
+from leo_sim.common import consent
+from leo_sim.common.consent import effect_words, trust
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_effects, load_model
 

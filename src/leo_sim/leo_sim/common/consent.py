@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whose Python runs: a file of effects that another file names runs only if the user names it."""
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Iterable
 import os
 from pathlib import Path
 import shlex
+from typing import TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
-from leo_sim.effects.base import Placed
+
+if TYPE_CHECKING:
+    from leo_sim.effects.base import Placed
 
 _trusted: set[Path] = set()
 
