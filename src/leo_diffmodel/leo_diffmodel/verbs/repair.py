@@ -13,7 +13,7 @@ from leo_diffmodel.add.rounds import ladder, merged, rounds
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.explain import show
+from leo_diffmodel.verbs.best import show
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo

@@ -54,6 +54,10 @@ class Estimate(NamedTuple):
         return frozenset(self.fit.hypothesis.candidates)
 
 
+Hear = Callable[[Estimate, Estimate], None]
+"""Is told the model as given, constants refitted, and the best so far."""
+
+
 @dataclass(frozen=True)
 class Extension:
     """A hypothesis `base`, as settled for this comparison, and the sets near it."""
@@ -88,6 +92,7 @@ class Estimator(ABC):
         pool: Sequence[Candidate],
         progress: Reporter,
         near: Fit | None = None,
+        hear: Callable[[Estimate], None] = lambda _: None,
     ) -> Estimate:
         """Where the search begins: `near` what was chosen before, or the model as given."""
         return self.refitted(first, near.hypothesis, near.theta) if near else first

@@ -6,8 +6,9 @@ what else is missing is judged beside it. In short windows predictions answer st
 is missing, so that a choice by linear algebra holds there; a joint fit in longer ones decides.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+import time
 
 import numpy as np
 
@@ -39,18 +40,25 @@ class Rounds:
         self._estimator, self._first, self._pool = estimator, first, pool
         self._progress = progress
 
-    def of(self, recordings: Sequence[Recording], near: Fit | None = None) -> Estimate:
+    def of(
+        self, recordings: Sequence[Recording], near: Fit | None, hear: Callable[[Estimate], None]
+    ) -> Estimate:
         """The set that rounds lead to, from short windows or from a fit `near` the best."""
-        begun, problem = near or self.begun(recordings), self._first.problem
+        begun, problem = near or self.begun(recordings, hear), self._first.problem
         fitted = fit(problem, begun.hypothesis, begun.theta)
         self._progress('all losses at once', STEPS.fit)
+        hear(self._first._replace(fit=fitted))
         fitted, made = self.settled(problem, fitted)
         return self.seen(self._first._replace(fit=fitted), made)
 
-    def begun(self, recordings: Sequence[Recording]) -> Fit:
+    def begun(
+        self, recordings: Sequence[Recording], hear: Callable[[Estimate], None] = lambda _: None
+    ) -> Fit:
         """What short windows say: ordinary losses, and whatever else they need."""
         ordinary = tuple(c for c in self._pool if _ordinary(c))
-        short = shorter(self._first.posed, recordings)
+        short, now = shorter(self._first.posed, recordings), time.monotonic()
+        # later fits decide: of the time that there is, they have the most
+        short = replace(short, until=now + (self._first.problem.until - now) / 3)
         constants = self._first.fit.hypothesis.constants
         begun = self._fitted(short, Hypothesis(ordinary, constants))
         for _ in range(short.numerics.most_rounds):
@@ -59,6 +67,7 @@ class Rounds:
             begun, again = self._round(short, begun, self.matrices(short, begun, self._plain))
             if again:
                 break
+        hear(Estimate(replace(self._first.posed, problem=short), begun))
         return begun
 
     def settled(self, problem: Problem, fitted: Fit) -> tuple[Fit, Matrices]:

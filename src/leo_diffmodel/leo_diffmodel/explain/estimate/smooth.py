@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimator for motion without contact: all effects in one linear problem about each fit."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -48,9 +48,10 @@ class Smooth(Estimator):
         pool: Sequence[Candidate],
         progress: Reporter,
         near: Fit | None = None,
+        hear: Callable[[Estimate], None] = lambda _: None,
     ) -> Estimate:
         progress.expect(2 * len(pool) + STEPS.end)
-        return Rounds(self, first, of_joints(pool), progress).of(recordings, near)
+        return Rounds(self, first, of_joints(pool), progress).of(recordings, near, hear)
 
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf

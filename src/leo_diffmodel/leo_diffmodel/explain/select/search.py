@@ -13,7 +13,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.contact import Contact
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Hear, Progress, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, unexplained
 from leo_diffmodel.explain.estimate.scan import Scan
@@ -98,12 +98,13 @@ def search(
     until: float = np.inf,
     alike: Alike = eq,
     near: Fit | None = None,
+    hear: Hear = lambda *_: None,
 ) -> Search:
     """Choose the effects that the recordings, held-out ones last, support.
 
     Uncertain constants of the model are refitted in every hypothesis. `extra` are a user's own
     effects, `near` is what was chosen with a longer integration step. The last fit is over at
-    `until`, with the best so far [s of `time.monotonic`].
+    `until`, with the best so far [s of `time.monotonic`]; every better one is heard.
     """
     began, settings = time.monotonic(), posed.problem.settings
     longest = settings.numerics.last_longest
@@ -115,7 +116,7 @@ def search(
     first = fits.first(Hypothesis(constants=constants))
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
-    found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
+    found = Sets(fits, pool, settings, Reporter.of(progress), hear, first.problem.until)
     best = searched(found, first, recordings, near)
     late = found.late
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
@@ -123,6 +124,7 @@ def search(
     best = best if late else stable.narrowed(found, best, resamples, alike)
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
+    found.hear(found.known[frozenset()].at, final)
     progress('the last fit', STEPS.end // 2)
     return Search(
         null=found.known[frozenset()].fit,

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, Hear, STEPS
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis, widens
@@ -28,6 +28,7 @@ class Sets:
     pool: Sequence[Candidate]  # all candidates, in the order of the catalogue
     settings: Settings
     progress: Reporter
+    hear: Hear = lambda *_: None  # is told each better set
     until: float = np.inf  # when to stop [s of `time.monotonic`]
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)  # tried on top of which set

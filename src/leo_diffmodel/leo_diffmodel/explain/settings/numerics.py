@@ -189,6 +189,9 @@ class Numerics:
     fitted: float = 0.9  # share of the time for an answer after which nothing is fitted any more
     last_times: float = 10.0
     """Kept for the last fit, from several starts: times what the first one took."""
+    telling_times: float = 3.0
+    """Kept for findings and the report: times what it took to pose the problem, which predicts as
+    much; half of the time that is left at most."""
     last_longest: float = 0.3  # share of the time that is kept for the last fit at most
 
     # unknown
