@@ -50,7 +50,7 @@ def end(number: int, _: FrameType | None = None) -> None:
 
 @contextmanager
 def ending(until: float = math.inf) -> Iterator[None]:
-    """Raise `Ended` in here at a signal, and in time to be over `until` [s of `time.monotonic`]."""
+    """Raise `Ended` at a signal, and in time to be over `until` [s of `time.monotonic`]."""
     if current_thread() is not main_thread():  # signals are not for the others
         yield
         return

@@ -27,7 +27,7 @@ from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.sentence import answer, CUT_SHORT, MORE_TIME, next_run
 from leo_diffmodel.explain.settings import Settings, settings_for
-from leo_diffmodel.explain.so_far import rows as rows_so_far
+from leo_diffmodel.explain.so_far import SoFar
 from leo_diffmodel.explain.told import Thing, Told
 from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.outside.finding import Finding
@@ -108,33 +108,48 @@ def explain(
     origin = provenance(everything, model)
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     helper.prepare(search, not foreign)
+    progress = Reporter.of(progress)
+    progress('faults of the log', 0)
     log = Logged.of(recordings, hold_out, model, mend, not foreign)
     # a user's own law may do what a hand does
     as_given, until = keep or foreign, began + settings.numerics.fitted * within
-
-    def whole(answer: Explanation, log: Logged) -> Explanation:
-        (said,) = answer.told
-        return replace(
-            answer,
-            seconds=time.monotonic() - began,
-            provenance=origin,
-            told=(replace(said, about=log.headline + said.about),),
-            settings=settings.gates.to_json(),
-            log_faults=[f.to_json() for f in log.faults],
-        )
-
-    def hear(reading: Reading, first: Estimate, best: Estimate) -> None:
-        if so_far:
-            so_far(whole(_so_far(reading, first, best), reading.log))
-
-    asked = Asked(model, settings, Reporter.of(progress), extra, as_given, hear)
+    whole = _Whole(began, origin, settings, so_far)
+    asked = Asked(model, settings, progress, extra, as_given, whole.hear)
     found = best_reading(log, asked, until) if keep or not log.decided else None
     if found is None or (found.log.in_the_way and not keep):
         told, record = log.answer
-        answer = Explanation('unknown', (told,), model, next_run=record)
-    else:
-        log, answer = found.log, _answered(found, step)
-    return whole(answer, log)
+        return whole.of(Explanation('unknown', (told,), model, next_run=record), log)
+    return whole.of(_answered(found, step), found.log)
+
+
+@dataclass
+class _Whole:
+    """Makes an answer whole, and tells each better one on the way."""
+
+    began: float
+    provenance: dict
+    settings: Settings
+    tell: Callable[[Explanation], None] | None
+    least: float = math.inf  # held-out error that was told
+
+    def of(self, answer: Explanation, log: Logged) -> Explanation:
+        (said,) = answer.told
+        return replace(
+            answer,
+            seconds=time.monotonic() - self.began,
+            provenance=self.provenance,
+            told=(replace(said, about=log.headline + said.about),),
+            settings=self.settings.gates.to_json(),
+            log_faults=[f.to_json() for f in log.faults],
+        )
+
+    def hear(self, reading: Reading, first: Estimate, best: Estimate) -> None:
+        if self.tell is None:
+            return
+        found = SoFar(reading.held_out(first.posed, best.fit), first, best)
+        if found.is_better(self.least):
+            self.least = min(self.least, found.after)
+            self.tell(self.of(_so_far(reading, best.fit, found), reading.log))
 
 
 def none_yet(model: Model) -> Explanation:
@@ -143,11 +158,10 @@ def none_yet(model: Model) -> Explanation:
     return Explanation('ambiguous', (said,), model, next_run=MORE_TIME, complete=False)
 
 
-def _so_far(reading: Reading, first: Estimate, best: Estimate) -> Explanation:
+def _so_far(reading: Reading, fitted: Fit, found: SoFar) -> Explanation:
     """The answer of the best fit so far."""
-    held = reading.held_out(first.posed, best.fit)
-    repaired, said = _repaired(held.base, best.fit), rows_so_far(held, first, best)
-    return replace(none_yet(repaired), used=reading.recordings, **said)
+    answer = none_yet(_repaired(reading.asked.model, fitted))
+    return replace(answer, used=reading.recordings, **found.rows)
 
 
 def _answered(reading: Reading, step: float | None) -> Explanation:

@@ -126,6 +126,7 @@ def _searched(log: Logged, asked: Asked, until: float) -> Reading:
     recordings, hold_out = cut.thinned
     facts = Facts.of(model.robot, recordings)
     reading = Reading(asked, log, cut, (*recordings, *hold_out), facts, '')
+    asked.progress('noise and windows', 0)
     began = time.monotonic()
     try:
         posed = pose(recordings, hold_out, model, settings)

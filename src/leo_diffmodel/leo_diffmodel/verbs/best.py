@@ -18,12 +18,11 @@ from rich.text import Text
 from leo_diffmodel.explain.explanation import Explanation, none_yet
 from leo_diffmodel.verbs.common import NEGATIVE
 from leo_diffmodel.verbs.compare import ranking_table
-from leo_msgs_py.console import in_words, Table, Terminal
+from leo_msgs_py.console import in_words, listed, Table, Terminal
 from leo_msgs_py.ending import BEGAN, Ended
 from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.model import Model
 
-LISTED = 3  # effects that one line lists
 SHOWN = 8
 HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 
@@ -42,10 +41,8 @@ class Best:
         with suppress(OSError):  # the search goes on; its end says what is wrong with the folder
             self.write()
         (told,) = answer.told
-        names = ', '.join(thing.name for thing in told.things[:LISTED]) or 'nothing named yet'
-        more = len(told.things) - LISTED
-        rest = f' and {more} more' if more > 0 else ''
-        said, first = f'{names}{rest}; {told.change}', 'so far' if self._said else 'first answer'
+        names = listed([thing.name for thing in told.things]) or 'nothing named yet'
+        said, first = f'{names}; {told.change}', 'so far' if self._said else 'first answer'
         if said != self._said:
             took = in_words(time.monotonic() - self._began)
             print(f'{first} after {took}, not sure: {said}', file=sys.stderr, flush=True)

@@ -21,22 +21,19 @@ from leo_diffmodel.explain.problem.sizes import Scales
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
-Progress = Callable[..., None]  # is called with what was done, and how many steps that were
+Progress = Callable[..., None]  # is called with what was done, how many steps of what kind
 
 
-class Steps(NamedTuple):
-    """What each trial costs, by and large, in scans of a candidate."""
-
-    scan: int = 1
-    look: int = 4
-    fit: int = 8
-    end: int = 64
-
-    def round(self, pool: int, fits: int) -> int:
-        return self.scan * pool + (self.look + self.fit) * fits
+SCAN, FIT, PART = 'scan', 'fit', 'part'
+"""Kinds of steps: of a candidate, of a set, and of a set less something, by its linear answer."""
+LAST, LAW, FIGURES = 3, 4, 2
+"""What the last fit, a law that is no known effect, and findings cost, by and large, in fits."""
 
 
-STEPS = Steps()
+def steps_ahead(pool: int, fits: int, parts: int, rounds: int) -> dict[str, int]:
+    """About what so many rounds take, and what comes after them."""
+    end = LAST + LAW + FIGURES
+    return {SCAN: rounds * pool, FIT: rounds * fits + end, PART: rounds * parts}
 
 
 class Estimate(NamedTuple):
@@ -117,7 +114,9 @@ class Estimator(ABC):
         return Estimate(at.posed, begun)
 
     @abstractmethod
-    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
+    def finished(
+        self, at: Estimate, starts: Sequence[Array], progress: Progress = lambda *_: None
+    ) -> Estimate:
         """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate."""
 
     def ends(self, at: Estimate) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import choice
 from leo_diffmodel.explain.estimate.choice import Kept, Price, price_of, pruned
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, FIT, most_floors
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
@@ -46,7 +46,7 @@ class Rounds:
         """The set that rounds lead to, from short windows or from a fit `near` the best."""
         begun, problem = near or self.begun(recordings, hear), self._first.problem
         fitted = fit(problem, begun.hypothesis, begun.theta)
-        self._progress('all losses at once', STEPS.fit)
+        self._progress('all losses at once', 1, FIT)
         hear(self._first._replace(fit=fitted))
         fitted, made = self.settled(problem, fitted)
         return self.seen(self._first._replace(fit=fitted), made)
@@ -133,7 +133,10 @@ class Rounds:
     ) -> Fit:
         """A joint fit; what start states do changes with every step of so many effects."""
         steps = problem.numerics.joint_steps
-        return fit(problem, hypothesis, theta, start, iterations=steps, thorough=True)
+        self._progress('all losses at once', 0)
+        fitted = fit(problem, hypothesis, theta, start, iterations=steps, thorough=True)
+        self._progress('all losses at once', 1, FIT)
+        return fitted
 
     def seen(self, at: Estimate, made: Matrices) -> Estimate:
         price = price_of(at.problem, at.fit, made)

@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
-from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import FIT, Progress
 from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
 from leo_diffmodel.explain.findings.choices import choices, other, refuted
@@ -39,8 +39,8 @@ def collect(
     `step` is one control period [s], `own` are the constants that held-out recordings have of
     their own.
     """
-    progress('what no known effect explains', STEPS.end // 2)
-    done = finish(recordings, model, found, facts, own)
+    done = finish(recordings, model, found, facts, own, progress)
+    progress('held-out errors', 1, FIT)
     found, held, bags = done.search, done.held, tuple(r.name for r in recordings)
     before, after = held.predict(found.null), held.predict(found.final)
     chosen, windows = found.final.hypothesis.candidates, found.problem.windows

@@ -13,7 +13,13 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.contact import Contact
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Hear, Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import (
+    Estimate,
+    Estimator,
+    Hear,
+    Progress,
+    steps_ahead,
+)
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, unexplained
 from leo_diffmodel.explain.estimate.scan import Scan
@@ -110,6 +116,7 @@ def search(
     longest = settings.numerics.last_longest
     posed = posed.before(longest * began + (1 - longest) * until)
     kind = Contact if model.robot.contacts else Smooth
+    progress('the model as given', 0)
     fits = kind(posed, scales_of(model, posed.problem.windows))
     pool = [limited(c, model, settings.grids) for c in seen(model, recordings, extra)]
     constants = uncertain(model, posed.problem.trained)
@@ -122,10 +129,11 @@ def search(
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
     resamples = tuple(s.names for s in stable.resamples(found))
     best = best if late else stable.narrowed(found, best, resamples, alike)
+    found.progress('the last fit', 0)
+    found.progress.expect(steps_ahead(len(pool), 0, 0, 1))
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
     found.hear(found.known[frozenset()].at, final)
-    progress('the last fit', STEPS.end // 2)
     return Search(
         null=found.known[frozenset()].fit,
         final=final.fit,
@@ -146,7 +154,8 @@ def _last_fit(sets: Sets, until: float, step: float, best: Scored) -> Estimate:
     """A set fitted with the integration step that it needs, of `step` s at least."""
     fits = sets.estimator
     posed = refined(best.at.posed.before(until), best.fit.point, step)
-    at = fits.finished(best.at._replace(posed=posed), _starts(best.fit, sets.scans))
+    starts = _starts(best.fit, sets.scans)
+    at = fits.finished(best.at._replace(posed=posed), starts, sets.progress)
     at = at._replace(fit=fits.doubted(best.at, at.fit, sets.pool, sets.progress))
     return _largest_first(fits, at)
 
