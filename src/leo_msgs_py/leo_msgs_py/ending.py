@@ -55,19 +55,25 @@ def ending(until: float = math.inf) -> Iterator[None]:
         yield
         return
     first: list[int] = []
+    inside = True
 
     def ended(number: int, frame: FrameType | None) -> None:
-        first.append(number)
-        signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
-        end(first[0], frame)
+        if inside:
+            first.append(number)
+            signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
+            end(first[0], frame)
 
     able = [n for n in SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
-    before = {n: signal.signal(n, ended) for n in (*able, signal.SIGALRM)}
-    if until < math.inf:
-        signal.setitimer(signal.ITIMER_REAL, max(until - LEAVING - time.monotonic(), 1e-6))
+    before = {n: signal.getsignal(n) for n in (*able, signal.SIGALRM)}
     try:
+        for number in before:
+            signal.signal(number, ended)
+        if until < math.inf:
+            left = until - LEAVING - time.monotonic()
+            signal.setitimer(signal.ITIMER_REAL, max(left, 1e-6))
         yield
     finally:
+        inside = False
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in before.items():
             signal.signal(number, handler)
