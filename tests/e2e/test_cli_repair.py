@@ -151,6 +151,7 @@ def ended(monkeypatch):
 @pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_a_signal_leaves_the_first_answer(number, folder, tmp_path, capsys, ended):
     ended(number)
+    (tmp_path / 'report.html').write_text('of an answer of before')
     argv = ['explain', str(folder / 'friction'), *MODEL, '--json', '-o', str(tmp_path)]
     assert main(argv) == 128 + number
     told, err = capsys.readouterr()

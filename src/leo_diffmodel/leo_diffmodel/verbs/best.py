@@ -40,6 +40,8 @@ class Best:
         self.answer = answer
         with suppress(OSError):  # the search goes on; its end says what is wrong with the folder
             self.write()
+            if self.folder:  # a report there is of an answer of before
+                (self.folder / 'report.html').unlink(missing_ok=True)
         (told,) = answer.told
         names = listed([thing.name for thing in told.things]) or 'nothing named yet'
         said, first = f'{names}; {told.change}', 'so far' if self._said else 'first answer'
