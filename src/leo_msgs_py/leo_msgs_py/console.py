@@ -162,7 +162,7 @@ def listed(names: Sequence[str], most: int = 3) -> str:
 
 class _Left(ProgressColumn):
     def __init__(self, clock: Clock) -> None:
-        super().__init__()
+        super().__init__(Column(no_wrap=True))
         self._clock = clock
 
     def render(self, task: Task) -> Text:

@@ -10,13 +10,14 @@ import math
 import os
 from pathlib import Path
 import signal
+import stat
 from threading import current_thread, main_thread
 import time
 from types import FrameType
 
 BEGAN: ContextVar[float] = ContextVar('BEGAN')
 """When the command was typed [s of `time.monotonic`]."""
-LEAVING = 0.5  # s that it takes to say what was kept and to leave Python
+LEAVING = 0.8  # s that it takes to say what was kept and to leave Python
 AGAIN = 0.2  # s after which it is raised again: callbacks of compiled code drop exceptions
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -43,7 +44,7 @@ def end(number: int, _: FrameType | None = None) -> None:
     """Handle a signal: raise `Ended`. A terminal that was closed takes no more output."""
     if number == signal.SIGHUP:
         for stream in (1, 2):
-            if os.isatty(stream):
+            if stat.S_ISCHR(os.fstat(stream).st_mode):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     raise Ended(number)
 
@@ -81,8 +82,8 @@ def ending(until: float = math.inf) -> Iterator[None]:
 
 def process_began() -> float:
     """When this process was started, or now where no system says that [s of `time.monotonic`]."""
-    stat = Path('/proc/self/stat')
-    if not stat.exists():
+    file = Path('/proc/self/stat')
+    if not file.exists():
         return time.monotonic()
-    began = int(stat.read_text().rpartition(')')[2].split()[19]) / os.sysconf('SC_CLK_TCK')
+    began = int(file.read_text().rpartition(')')[2].split()[19]) / os.sysconf('SC_CLK_TCK')
     return time.monotonic() - (time.clock_gettime(time.CLOCK_BOOTTIME) - began)

@@ -133,7 +133,8 @@ def _searched(log: Logged, asked: Asked, until: float) -> Reading:
     except ValueError as error:
         return replace(reading, search=f'{error}: record 20 s or more with a changing input')
     now = time.monotonic()
-    until -= min(settings.numerics.telling_times * (now - began), 0.5 * (until - now))
+    telling, most = settings.numerics.telling_times, settings.numerics.telling_longest
+    until -= min(telling * (now - began), most * (until - now))
     return replace(reading, search=untestable(posed.problem) or _found(reading, posed, until))
 
 

@@ -18,6 +18,7 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
+from leo_diffmodel.explain.settings import Numerics
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
@@ -26,14 +27,13 @@ Progress = Callable[..., None]  # is called with what was done, how many steps o
 
 SCAN, FIT, PART = 'scan', 'fit', 'part'
 """Kinds of steps: of a candidate, of a set, and of a set less something, by its linear answer."""
-LAST, LAW, FIGURES = 3, 4, 2
-"""What the last fit, a law that is no known effect, and findings cost, by and large, in fits."""
 
 
-def steps_ahead(pool: int, fits: int, parts: int, rounds: int) -> dict[str, int]:
-    """About what so many rounds take, and what comes after them."""
-    end = LAST + LAW + FIGURES
-    return {SCAN: rounds * pool, FIT: rounds * fits + end, PART: rounds * parts}
+def steps_ahead(numerics: Numerics, pool: int, rounds: int) -> dict[str, int]:
+    """About what so many rounds of the search take, the last fit and what comes after it."""
+    fits = rounds * numerics.singles + numerics.last_fits + numerics.law_fits
+    parts = rounds * numerics.parts
+    return {SCAN: rounds * pool, FIT: fits + numerics.findings_fits, PART: parts}
 
 
 class Estimate(NamedTuple):

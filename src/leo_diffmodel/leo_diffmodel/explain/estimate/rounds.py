@@ -58,7 +58,8 @@ class Rounds:
         ordinary = tuple(c for c in self._pool if _ordinary(c))
         short, now = shorter(self._first.posed, recordings), time.monotonic()
         # later fits decide: of the time that there is, they have the most
-        short = replace(short, until=now + (self._first.problem.until - now) / 3)
+        until = self._first.problem.until
+        short = replace(short, until=now + short.numerics.short_share * (until - now))
         constants = self._first.fit.hypothesis.constants
         begun = self._fitted(short, Hypothesis(ordinary, constants))
         for _ in range(short.numerics.most_rounds):

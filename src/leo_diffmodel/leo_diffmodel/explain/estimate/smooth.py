@@ -52,8 +52,7 @@ class Smooth(Estimator):
         hear: Callable[[Estimate], None] = lambda _: None,
     ) -> Estimate:
         able, numerics = of_joints(pool), first.problem.numerics
-        fits = numerics.singles
-        progress.expect(steps_ahead(len(able), fits, 3 * fits, rounds=3))
+        progress.expect(steps_ahead(numerics, len(able), rounds=3))
         return Rounds(self, first, able, progress).of(recordings, near, hear)
 
     def near(

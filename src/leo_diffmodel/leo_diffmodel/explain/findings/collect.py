@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
-from leo_diffmodel.explain.estimate.estimator import FIGURES, FIT, LAW, PART, Progress, SCAN
+from leo_diffmodel.explain.estimate.estimator import FIT, PART, Progress, SCAN
 from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
 from leo_diffmodel.explain.findings.choices import choices, other, refuted
@@ -40,11 +40,11 @@ def collect(
     `step` is one control period [s], `own` are the constants that held-out recordings have of
     their own.
     """
-    reporter = Reporter.of(progress)
-    reporter.expect({SCAN: 0, PART: 0, FIT: LAW + FIGURES})
+    reporter, numerics = Reporter.of(progress), found.problem.numerics
+    reporter.expect({SCAN: 0, PART: 0, FIT: numerics.law_fits + numerics.findings_fits})
     done = finish(recordings, model, found, facts, own, reporter)
     reporter('held-out errors', 1, FIT)
-    reporter.expect({FIT: FIGURES})
+    reporter.expect({FIT: numerics.findings_fits})
     found, held, bags = done.search, done.held, tuple(r.name for r in recordings)
     before, after = held.predict(found.null), held.predict(found.final)
     chosen, windows = found.final.hypothesis.candidates, found.problem.windows

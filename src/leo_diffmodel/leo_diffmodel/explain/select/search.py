@@ -18,6 +18,7 @@ from leo_diffmodel.explain.estimate.estimator import (
     Estimator,
     Hear,
     Progress,
+    SCAN,
     steps_ahead,
 )
 from leo_diffmodel.explain.estimate.fit import fit
@@ -130,7 +131,7 @@ def search(
     resamples = tuple(s.names for s in stable.resamples(found))
     best = best if late else stable.narrowed(found, best, resamples, alike)
     found.progress('the last fit', 0)
-    found.progress.expect(steps_ahead(len(pool), 0, 0, 1))
+    found.progress.expect({**steps_ahead(settings.numerics, 0, rounds=0), SCAN: len(pool)})
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
     found.hear(found.known[frozenset()].at, final)

@@ -111,9 +111,8 @@ class Sets:
             least = self.settings.gates.least_nats
             self.extensions[names] = Extension(at, (), (), least, untried)
             return
-        count, fits = len(self.pool), self.settings.numerics.singles
-        rounds = 1 if self.extensions else 2
-        self.progress.expect(steps_ahead(count, fits, 3 * fits, rounds))
+        numerics, rounds = self.settings.numerics, 1 if self.extensions else 2
+        self.progress.expect(steps_ahead(numerics, len(self.pool), rounds))
         rival = min(s.fit.lost(at.problem.train) for s in self.known.values())
         found = self.estimator.near(at, self.pool, self.progress, rival)
         self.extensions[names] = found
