@@ -197,7 +197,7 @@ class Numerics:
     last_fits: int = 3
     """What the last fit takes, by and large, in fits of the search; only clocks ask for it."""
     law_fits: int = 4  # the same of a law that is no known effect
-    findings_fits: int = 2  # and of findings
+    findings_fits: int = 3  # and of findings
     parts: int = 18  # effects that are judged one by one in a round of the search, about
     last_longest: float = 0.3  # share of the time that is kept for the last fit at most
 
