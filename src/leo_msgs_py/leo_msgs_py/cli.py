@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import difflib
 import errno
 from functools import wraps
+import gc
 from importlib.metadata import entry_points, EntryPoint, version
 from importlib.util import find_spec
 from itertools import pairwise
@@ -108,6 +109,8 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             BEGAN.reset(began)
+            if argv is None:
+                gc.freeze()  # else Python looks through all of it once more before it ends
 
     return main
 

@@ -17,7 +17,7 @@ from types import FrameType
 
 BEGAN: ContextVar[float] = ContextVar('BEGAN')
 """When the command was typed [s of `time.monotonic`]."""
-LEAVING = 0.8  # s that it takes to say what was kept and to leave Python
+LEAVING = 0.5  # s that it takes to say what was kept and to leave Python
 AGAIN = 0.2  # s after which it is raised again: callbacks of compiled code drop exceptions
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

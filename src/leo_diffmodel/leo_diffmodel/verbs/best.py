@@ -8,8 +8,9 @@ from contextlib import suppress
 from functools import partial
 import json
 import multiprocessing
+import os
 from pathlib import Path
-from signal import SIGINT
+from signal import SIGINT, SIGKILL
 import sys
 import time
 
@@ -72,8 +73,8 @@ class Best:
 
     def ended(self, model: Model, early: Ended) -> int:
         """Write what there is, and say on stderr what was kept; the exit status."""
-        for child in multiprocessing.active_children():
-            child.kill()
+        for number in filter(None, (child.pid for child in multiprocessing.active_children())):
+            os.kill(number, SIGKILL)
         if early.in_time and not self.answer:
             self.answer = none_yet(model)
         self.write()
