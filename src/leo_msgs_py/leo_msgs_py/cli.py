@@ -107,9 +107,9 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
             with visible_output(), _safe_path():
                 return _run(run, sys.argv[1:] if argv is None else argv)
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
             BEGAN.reset(began)
             if argv is None:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
                 gc.freeze()  # else Python looks through all of it once more before it ends
 
     return main
