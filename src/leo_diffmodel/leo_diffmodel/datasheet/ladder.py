@@ -96,7 +96,7 @@ def climb(
         rough = next((name for name in leading if at[name].fit.certificate is None), None)
         if rough is None:
             return ladder
-        at[rough] = fits.finished(at[rough], [at[rough].fit.hypothesis.neutral])
+        at[rough] = fits.finished(at[rough], [at[rough].fit.hypothesis.neutral], progress)
         progress(f'friction: {rough}')
 
 

@@ -156,7 +156,7 @@ def _rich(fits: Smooth, pool: Sequence[Candidate], reporter: Progress) -> Estima
     at = fits.first(Hypothesis(constants=uncertain(problem.base, problem.trained)))
     for name in COMMON:
         at = added(fits, at, named[name], reporter) if name in named else at
-    at = fits.finished(at, [at.fit.hypothesis.neutral])
+    at = fits.finished(at, [at.fit.hypothesis.neutral], reporter)
     reporter('friction of any kind')
     rest = [c for c in pool if c.effect.name not in FRICTION]
     while wider := better(fits, at, rest, reporter):

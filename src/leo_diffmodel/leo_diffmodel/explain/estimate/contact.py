@@ -58,9 +58,7 @@ class Contact(Estimator):
         untried += [(c,) for c in pool if c not in traced]
         return Extension(Estimate(posed, null), larger, tuple(scans), limit, tuple(untried))
 
-    def finished(
-        self, at: Estimate, starts: Sequence[Array], progress: Progress = lambda *_: None
-    ) -> Estimate:
+    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
         """From one start only: what another one costs here is most of a search."""
         posed, best = ground_fit.polished(at.posed, at.fit) if at.fit.hypothesis.size else at
         ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)

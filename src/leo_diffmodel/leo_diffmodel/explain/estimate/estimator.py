@@ -114,9 +114,7 @@ class Estimator(ABC):
         return Estimate(at.posed, begun)
 
     @abstractmethod
-    def finished(
-        self, at: Estimate, starts: Sequence[Array], progress: Progress = lambda *_: None
-    ) -> Estimate:
+    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
         """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate."""
 
     def ends(self, at: Estimate) -> Array:

@@ -51,9 +51,7 @@ class Rounds:
         fitted, made = self.settled(problem, fitted)
         return self.seen(self._first._replace(fit=fitted), made)
 
-    def begun(
-        self, recordings: Sequence[Recording], hear: Callable[[Estimate], None] = lambda _: None
-    ) -> Fit:
+    def begun(self, recordings: Sequence[Recording], hear: Callable[[Estimate], None]) -> Fit:
         """What short windows say: ordinary losses, and whatever else they need."""
         ordinary = tuple(c for c in self._pool if _ordinary(c))
         short, now = shorter(self._first.posed, recordings), time.monotonic()

@@ -110,9 +110,7 @@ class Smooth(Estimator):
             self._made = at.fit, made
         return self._made[1]
 
-    def finished(
-        self, at: Estimate, starts: Sequence[Array], progress: Progress = lambda *_: None
-    ) -> Estimate:
+    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
         return Estimate(at.posed, finished(at.problem, at.fit, starts, progress))
 
 
