@@ -48,7 +48,7 @@ class Best:
         said, first = f'{names}; {told.change}', 'so far' if self._said else 'first answer'
         if said != self._said:
             took = in_words(time.monotonic() - self._began)
-            print(f'{first} after {took}, not sure: {said}', file=sys.stderr, flush=True)
+            _say(f'{first} after {took}, not sure: {said}')
         self._said = said
 
     def write(self) -> None:
@@ -78,7 +78,7 @@ class Best:
         if early.in_time and not self.answer:
             self.answer = none_yet(model)
         self.write()
-        print(f'leo: {self._kept(early)}', file=sys.stderr, flush=True)
+        _say(f'leo: {self._kept(early)}')
         if early.in_time and self.answer:
             return 1 if self.answer.verdict in NEGATIVE else 0
         return early.status
@@ -94,6 +94,11 @@ class Best:
             else 'the best so far (complete: false)'
         )
         return f'{why}: {whole} is {where}; the same again with more time comes to its end'
+
+
+def _say(text: str) -> None:
+    with suppress(OSError, ValueError):  # nobody reads any more
+        print(text, file=sys.stderr, flush=True)
 
 
 def show(result: Explanation) -> None:
