@@ -127,7 +127,7 @@ class Clock:
         None where too little is known: before steps of every kind that is to come were seen, after
         more steps than expected, and where it would be more than was said before.
         """
-        ahead = [pace for pace in self.paces.values() if pace.ahead]
+        ahead = [pace for pace in tuple(self.paces.values()) if pace.ahead]
         if not ahead or any(pace.done < FEWEST for pace in ahead):
             return None
         guess = max(sum(pace.left for pace in ahead), self.now() - self.last)
