@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""compare, explain, repair and add on the command line: files, JSON, exit status, Ctrl-C."""
+"""compare, explain, repair and add on the command line: files, JSON, exit status, signals."""
 
 import json
-import os
 from pathlib import Path
 import signal
-import subprocess
 import threading
-import time
 
 import pytest
-from tests.commands import LEO
 from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
+from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.verbs import explain as module
+from leo_diffmodel.verbs.best import Best
 from leo_msgs_py import console
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
@@ -90,8 +89,8 @@ def test_a_repaired_model_is_fine_on_another_bag(folder, repaired, capsys):
     assert main(['explain', *argv]) == 0
     out, err = capsys.readouterr()
     answer = json.loads(out)
-    assert answer['verdict'] == 'fine' and err == ''
-    assert answer['provenance']['effects_in_model'] == ['coulomb_friction']
+    assert answer['verdict'] == 'fine' and err.startswith('first answer after ')
+    assert answer['complete'] and answer['provenance']['effects_in_model'] == ['coulomb_friction']
 
 
 def test_leo_add_does_what_repair_did(repaired, tmp_path):
@@ -134,30 +133,63 @@ def test_an_open_answer_is_status_1_with_a_report(folder, tmp_path, capsys):
     assert (out / 'report.html').is_file()
 
 
-def cpu_seconds(child):
-    """Processor time a running child has used [s], however busy the machine is."""
-    assert child.poll() is None
-    user, system = Path(f'/proc/{child.pid}/stat').read_text().rsplit(')', 1)[1].split()[11:13]
-    return (int(user) + int(system)) / os.sysconf('SC_CLK_TCK')
+@pytest.fixture
+def ended(monkeypatch):
+    """Have the process get a signal as soon as it has announced its first answer."""
+
+    def by(number: int) -> None:
+        def announced(self: Best, answer: Explanation) -> None:
+            announce(self, answer)
+            signal.raise_signal(number)
+
+        monkeypatch.setattr(Best, '__call__', announced)
+
+    announce = Best.__call__
+    return by
 
 
-def interrupted(folder, out):
-    """Status, output and errors of an explanation that gets Ctrl-C on its way."""
-    argv = [LEO, 'explain', folder / 'friction', folder / 'friction_too', *MODEL, '-o', out]
-    child = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while cpu_seconds(child) < 2.5:  # past its imports, far from its end
-        time.sleep(0.05)
-    child.send_signal(signal.SIGINT)
-    told, err = child.communicate(timeout=300)
-    return child.returncode, told, err
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_signal_leaves_the_first_answer(number, folder, tmp_path, capsys, ended):
+    ended(number)
+    (tmp_path / 'report.html').write_text('of an answer of before')
+    argv = ['explain', str(folder / 'friction'), *MODEL, '--json', '-o', str(tmp_path)]
+    assert main(argv) == 128 + number
+    told, err = capsys.readouterr()
+    answer = json.loads(told)
+    assert answer == json.loads((tmp_path / 'explain.json').read_text())
+    assert answer['complete'] is False and answer['verdict'] == 'ambiguous'
+    (as_given, so_far) = answer['errors']['ladder']
+    assert so_far['rmse'][0] < 0.3 * as_given['rmse'][0]
+    assert {e['name'] for e in answer['effects']} == {'coulomb_friction', 'viscous_friction'}
+    first, kept = err.splitlines()
+    assert first.startswith('first answer after ') and 'held-out error' in first
+    name = signal.Signals(number).name
+    assert kept.startswith(f'leo: ended by {name}: the best so far (complete: false) is in ')
+    assert [f.name for f in tmp_path.iterdir()] == ['explain.json']
 
 
-def test_ctrl_c_leaves_nothing_half_done(folder, tmp_path):
-    for attempt in range(3):
-        out = tmp_path / str(attempt)
-        found = interrupted(folder, out)
-        dropped = 'Exception ignored', 'numba/core/dispatcher'  # an interrupt during a callback
-        if not any(words in found[2] for words in dropped):
-            break
-    assert found == (130, '', '')
-    assert not out.exists()
+def test_each_bag_that_was_begun_is_told(folder, capsys, ended):
+    ended(signal.SIGTERM)
+    bags = [str(folder / 'friction'), str(folder / 'fine')]
+    assert main(['explain', *bags, *MODEL, '--each', '--json']) == 128 + signal.SIGTERM
+    told, err = capsys.readouterr()
+    (answer,) = json.loads(told).values()
+    assert answer['complete'] is False and 'ended by SIGTERM' in err
+
+
+def test_an_end_before_a_first_answer_leaves_nothing(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(module, 'explain', lambda *_, **__: signal.raise_signal(signal.SIGTERM))
+    out = tmp_path / 'out'
+    argv = ['explain', str(folder / 'friction'), *MODEL, '-o', str(out)]
+    assert main(argv) == 128 + signal.SIGTERM
+    assert 'nothing is kept' in capsys.readouterr().err and not out.exists()
+
+
+def test_when_the_time_is_over_there_is_an_answer(folder, tmp_path, capsys):
+    argv = ['explain', str(folder / 'friction'), *MODEL, '-o', str(tmp_path), '--json']
+    assert main([*argv, '--within', '1e-3s']) == 1
+    told, err = capsys.readouterr()
+    answer = json.loads((tmp_path / 'explain.json').read_text())
+    assert answer == json.loads(told)
+    assert answer['complete'] is False and answer['verdict'] == 'ambiguous'
+    assert err.startswith('leo: the time was over')

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import difflib
 import errno
 from functools import wraps
+import gc
 from importlib.metadata import entry_points, EntryPoint, version
 from importlib.util import find_spec
 from itertools import pairwise
@@ -19,7 +20,9 @@ import shlex
 import signal
 import sys
 from threading import current_thread, main_thread
+import time
 
+from leo_msgs_py.ending import BEGAN, end, Ended, process_began
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import visible_output
 
@@ -96,18 +99,25 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
         # Set by the ROS wheels when they start Python a second time; another environment's Python
         # started from here has a library path of its own to set.
         os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
+        began = BEGAN.set(process_began() if argv is None else time.monotonic())
         alone = current_thread() is main_thread()
         if alone and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-            signal.signal(signal.SIGTERM, signal.default_int_handler)
-        with visible_output(), _safe_path():
-            return _run(run, sys.argv[1:] if argv is None else argv)
+            signal.signal(signal.SIGTERM, end)
+        try:
+            with visible_output(), _safe_path():
+                return _run(run, sys.argv[1:] if argv is None else argv)
+        finally:
+            BEGAN.reset(began)
+            if argv is None:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+                gc.freeze()  # else Python looks through all of it once more before it ends
 
     return main
 
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run a verb; its own exit status, 2 for bad input (one line on stderr), 130 interrupted."""
+    """Run a verb; its own exit status, 2 for bad input (one line on stderr), 130 or 143 ended."""
     verbs = {entry.name: entry for entry in entry_points(group='leo.verbs')}
     if argv[:1] == ['help'] and argv[1:2] and argv[1:] != ['all']:
         argv = [*argv[1:], '--help']
@@ -139,8 +149,8 @@ def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
     except UserError as error:
         print(f'leo: error: {_one_line(str(error))}', file=sys.stderr)
         return _BAD_INPUT
-    except KeyboardInterrupt:
-        return _INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        return _status(interrupt)
     except BrokenPipeError:  # whoever read the output is gone
         _forget_output()
         return 1
@@ -155,13 +165,17 @@ def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
         _forget_output()
         return _BAD_INPUT
     except ImportError as error:
-        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
-            return _INTERRUPTED  # an extension module that was just being loaded
+        if isinstance(cause := error.__cause__ or error.__context__, KeyboardInterrupt):
+            return _status(cause)  # an extension module that was just being loaded
         if not (todo := _missing((error.name or '').partition('.')[0])):
             raise
         print(f'leo: error: {todo}', file=sys.stderr)
         return _BAD_INPUT
     return status
+
+
+def _status(interrupt: KeyboardInterrupt) -> int:
+    return interrupt.status if isinstance(interrupt, Ended) else _INTERRUPTED
 
 
 def _missing(package: str) -> str:

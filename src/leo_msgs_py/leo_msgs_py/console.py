@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 import math
@@ -31,7 +31,9 @@ from rich.text import Text
 from leo_msgs_py.terminal import visible
 
 EVERY = 10.0  # between lines where nobody watches a terminal, s
-FEWEST = 3  # steps after which the time left is guessed
+FEWEST = 2  # steps of a kind after which their time is guessed
+LEAST = 1.0  # of what is said to be left [s]
+GROWS = 1.2  # times what was said to be left, that may be said later
 
 
 class Terminal(Console):
@@ -73,21 +75,46 @@ def figures(*headers: str, **options: Any) -> list[Column]:
 
 
 @dataclass
-class Clock:
-    """Steps done, and what they say of the time left."""
+class Pace:
+    """Steps of one kind: those done, in what time [s], and about how many are to come."""
 
-    steps: int | None = None  # about how many there will be, where somebody knows
+    done: int = 0
+    seconds: float = 0.0
+    ahead: int = 0
+
+    @property
+    def left(self) -> float:
+        """Time for those to come [s], with a margin that melts: few steps say little of others."""
+        return self.ahead * self.seconds / self.done * (1 + self.done**-0.5)
+
+
+@dataclass
+class Clock:
+    """Steps done, and what those of the same kind say of the time left."""
+
+    steps: int | None = None  # about how many of no kind there will be, where somebody knows
     now: Callable[[], float] = time.monotonic  # [s]
     within: float = math.inf  # they end in any case after this time [s]
-    done: int = 0
+    paces: dict[str, Pace] = field(default_factory=dict)  # by kind
     began: float = field(init=False)
     last: float = field(init=False)
+    _said: float = field(default=math.inf, init=False)  # the least time left that was said [s]
 
     def __post_init__(self) -> None:
         self.began = self.last = self.now()
+        self.expect({'': self.steps or 0})
 
-    def step(self, steps: int = 1) -> None:
-        self.done, self.last = self.done + steps, self.now()
+    def step(self, steps: int = 1, kind: str = '') -> None:
+        """So many steps took the time since the last call; where none, that time is nobody's."""
+        pace, now = self.paces.setdefault(kind, Pace()), self.now()
+        pace.done, pace.ahead = pace.done + steps, max(pace.ahead - steps, 0)
+        pace.seconds += (now - self.last) if steps else 0.0
+        self.last = now
+
+    def expect(self, ahead: Mapping[str, int]) -> None:
+        """About so many more steps of each kind are to come."""
+        for kind, steps in ahead.items():
+            self.paces.setdefault(kind, Pace()).ahead = steps
 
     @property
     def elapsed(self) -> float:
@@ -97,19 +124,29 @@ class Clock:
     def left(self) -> float | None:
         """Guess of the time left [s]; no less than the step takes that is being done.
 
-        None where too little is known: at the beginning, and after more steps than expected.
+        None where too little is known: before steps of every kind that is to come were seen, after
+        more steps than expected, and where it would be more than was said before.
         """
-        if self.steps is None or not FEWEST <= self.done < self.steps:
+        ahead = [pace for pace in tuple(self.paces.values()) if pace.ahead]
+        if not ahead or any(pace.done < FEWEST for pace in ahead):
             return None
-        pace = (self.last - self.began) / self.done
-        guess = max(pace * (self.steps - self.done), self.now() - self.last)
-        return min(guess, max(self.within - self.elapsed, 0.0))
+        guess = max(sum(pace.left for pace in ahead), self.now() - self.last)
+        guess = min(guess, self.within - self.elapsed)
+        if not LEAST < guess < GROWS * self._said:
+            return None
+        self._said = min(self._said, guess)
+        return self._said
+
+    @property
+    def rest(self) -> str:
+        """The time left in words; '' where nothing is known of it."""
+        left, most = self.left, self.within - self.elapsed
+        if left is not None:
+            return f'about {in_words(left)} left'
+        return f'at most {in_words(most)} left' if LEAST < most < math.inf else ''
 
     def __str__(self) -> str:
-        known = self.steps is not None and self.done <= self.steps
-        part = f'{self.done} of about {self.steps} steps in ' if known else ''
-        rest = '' if self.left is None else f', about {in_words(self.left)} left'
-        return f'{part}{in_words(self.elapsed)}{rest}'
+        return ', '.join(filter(None, [in_words(self.elapsed), self.rest]))
 
 
 def in_words(seconds: float) -> str:
@@ -117,19 +154,24 @@ def in_words(seconds: float) -> str:
     return f'{seconds:.0f} s' if seconds < 100 else f'{seconds / 60:.0f} min'
 
 
+def listed(names: Sequence[str], most: int = 3) -> str:
+    """The first names, and how many more there are."""
+    rest = f' and {len(names) - most} more' if len(names) > most else ''
+    return f'{", ".join(names[:most])}{rest}'
+
+
 class _Left(ProgressColumn):
     def __init__(self, clock: Clock) -> None:
-        super().__init__()
+        super().__init__(Column(no_wrap=True))
         self._clock = clock
 
     def render(self, task: Task) -> Text:
-        left = self._clock.left
-        return Text('' if left is None else f'about {in_words(left)} left')
+        return Text(self._clock.rest)
 
 
 @dataclass
 class Reporter:
-    """Is told what has been done, how many steps that were, and how many are to come."""
+    """Is told what has been done, how many steps of what kind that were, and what is to come."""
 
     show: Callable[[str], None]  # shows what is being done
     clock: Clock = field(default_factory=Clock)
@@ -139,18 +181,17 @@ class Reporter:
         """What shows texts as a reporter; one that counts steps stays as it is."""
         return show if isinstance(show, Reporter) else cls(show)
 
-    def __call__(self, text: str, steps: int = 1) -> None:
-        self.clock.step(steps)
+    def __call__(self, text: str, steps: int = 1, kind: str = '') -> None:
+        self.clock.step(steps, kind)
         self.show(text)
 
-    def expect(self, steps: int) -> None:
-        """About so many more steps are to come."""
-        self.clock.steps = self.clock.done + steps
+    def expect(self, ahead: Mapping[str, int]) -> None:
+        self.clock.expect(ahead)
 
 
 @contextmanager
 def progress(title: str, steps: int | None = None, within: float = math.inf) -> Iterator[Reporter]:
-    """Say on stderr what is being done, how much of about so many steps, and the time left.
+    """Say on stderr what is being done, and the time left by what about so many steps take.
 
     `within` is after how long it ends in any case [s].
     """
@@ -165,11 +206,12 @@ def _bar(title: str, clock: Clock, console: Terminal) -> Iterator[Callable[[str]
     what = TextColumn('{task.description}', markup=False)
     columns = (SpinnerColumn(), what, BarColumn(), TimeElapsedColumn(), _Left(clock))
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=clock.steps)
+        task = bar.add_task(title, total=None)
 
         def show(text: str) -> None:
-            about = f'{title}: {text}'
-            bar.update(task, total=clock.steps, completed=clock.done, description=about)
+            left, done = clock.left, clock.elapsed
+            total = None if left is None else done + left
+            bar.update(task, total=total, completed=done, description=f'{title}: {text}')
 
         yield show
 

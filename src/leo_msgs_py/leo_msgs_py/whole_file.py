@@ -29,10 +29,11 @@ def write_together(contents: Mapping[Path, Content]) -> None:
         for path, part in parts.items():
             part.replace(path)
     except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    finally:
         for part in parts.values():
             with suppress(OSError):
                 part.unlink()
-        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 @contextmanager

@@ -199,7 +199,7 @@ def test_sigterm_interrupts_as_ctrl_c_does(number):
     assert process.stdout.readline() == 'ready\n'
     process.send_signal(number)
     assert process.communicate()[0] == 'tidied\n'
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
 
 
 def test_one_version_everywhere(capsys):

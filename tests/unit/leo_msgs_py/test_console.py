@@ -4,6 +4,8 @@
 import io
 import time
 
+import numpy as np
+import pytest
 from tests.patience import PATIENCE
 
 from leo_msgs_py import console
@@ -58,16 +60,36 @@ def clock_after(steps, pace, done):
 
 def test_the_time_left_follows_the_pace():
     _, clock = clock_after(10, 2.0, 4)
-    assert clock.left == 12.0
-    assert str(clock) == '4 of about 10 steps in 8 s, about 12 s left'
+    assert clock.left == 12.0 * 1.5  # and half as much, as four steps say little
+    assert str(clock) == '8 s, about 18 s left'
 
 
-def test_a_last_step_that_takes_minutes_has_not_one_second_left():
-    at, clock = clock_after(10, 1.0, 9)
-    assert clock.left == 1.0
-    at.at += 240.0
-    assert clock.left == 240.0
-    assert str(clock) == '9 of about 10 steps in 4 min, about 4 min left'
+def test_steps_are_measured_by_those_of_the_same_kind():
+    clock = Clock(now=(at := Time()))
+    clock.expect({'scan': 20, 'fit': 4})
+    for kind, seconds in [('', 9.0), *2 * [('scan', 0.5)], ('fit', 10.0)]:
+        at.at += seconds
+        clock.step(int(bool(kind)), kind)
+    assert clock.left is None  # one fit may be unlike the others
+    at.at += 14.0
+    clock.step(1, 'fit')
+    assert clock.left == pytest.approx((18 * 0.5 + 2 * 12.0) * (1 + 0.5**0.5))
+
+
+def said(seconds):
+    """What is said of the time left by a clock of 30 steps, each of which takes so long [s]."""
+    clock = Clock(30, at := Time())
+    for each in seconds:
+        for _ in range(8):
+            at.at += each / 8
+            yield clock.left
+        clock.step()
+
+
+@pytest.mark.parametrize('slow', [(), (3.0,), (60.0,), (3.0, 3.0, 3.0), (60.0, 0.1, 60.0)])
+def test_what_is_left_never_grows_by_more_than_a_fifth_and_never_stands_at_nothing(slow):
+    told = [left for left in said([1.0] * 10 + [*slow] + [1.0] * 25) if left is not None]
+    assert len(told) > 50 and np.all(np.diff(told) <= 0.0) and told[-1] > console.LEAST
 
 
 def test_more_steps_than_expected_and_few_say_nothing():
@@ -81,12 +103,12 @@ def test_a_step_that_is_as_long_as_several_counts_as_them():
     for steps in (1, 2, 7):
         at.at += 2.0 * steps
         clock.step(steps)
-    assert clock.left == 180.0
+    assert clock.left == pytest.approx(180.0 * (1 + 10**-0.5))
 
 
 def test_no_more_time_is_left_than_there_is():
-    at = Time()
-    clock = Clock(100, at, within=30.0)
+    clock = Clock(100, at := Time(), within=30.0)
+    assert str(clock) == '0 s, at most 30 s left'
     for _ in range(4):
         at.at += 5.0
         clock.step()
@@ -94,20 +116,21 @@ def test_no_more_time_is_left_than_there_is():
 
 
 def test_what_is_to_come_is_told_as_it_is_known():
-    clock, shown = Clock(None, Time()), []
+    clock, shown = Clock(None, at := Time()), []
     told = Reporter(shown.append, clock)
     assert Reporter.of(told) is told
     told('noise')
     assert (str(clock), clock.left) == ('0 s', None)
-    told.expect(20)
+    told.expect({'': 20})
+    at.at += 20.0
     told('friction', 4)
-    assert shown == ['noise', 'friction'] and str(clock).startswith('5 of about 21 steps in ')
+    assert shown == ['noise', 'friction'] and str(clock) == '20 s, about 93 s left'
 
 
 def test_who_hears_words_alone_is_told_no_steps():
     heard = []
     told = Reporter.of(heard.append)
-    told.expect(3)
+    told.expect({'': 3})
     told('friction', 8)
     assert heard == ['friction']
 
@@ -117,7 +140,7 @@ def test_piped_lines_come_while_a_step_lasts(capsys, monkeypatch):
     lines, end = '', time.monotonic() + PATIENCE
     with console.progress('explaining', 10) as told:
         told('friction')
-        while lines.count('explaining: friction (1 of about 10 steps in ') < 2:
+        while lines.count('explaining: friction (') < 2:
             assert time.monotonic() < end
             lines += capsys.readouterr().err
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files are written whole or not at all."""
 
+from pathlib import Path
+
 import pytest
 from tests.damage import room_for
 
@@ -33,6 +35,18 @@ def test_of_files_that_belong_together_all_are_written_or_none(tmp_path, second)
     with room_for(10), pytest.raises(OSError, match=f'{second}'):
         write_together({first: 'after', tmp_path / second: 'much too long'})
     assert first.read_text() == 'before' and {*tmp_path.iterdir()} == there
+
+
+def test_what_interrupts_it_leaves_no_part(tmp_path, monkeypatch):
+    path = write_whole(tmp_path / 'file', 'before')
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, 'replace', interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(path, 'after')
+    assert path.read_text() == 'before' and list(tmp_path.iterdir()) == [path]
 
 
 def test_a_folder_that_is_a_file_is_said(tmp_path):

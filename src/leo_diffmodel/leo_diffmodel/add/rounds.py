@@ -42,6 +42,7 @@ def merged(found: Sequence[Explanation]) -> Explanation:
     return replace(
         first,
         verdict=last.verdict,
+        complete=last.complete,
         rules=last.rules,
         told=tuple(said for each in found for said in each.told),
         effects=[row for each in found for row in each.effects],

@@ -11,7 +11,7 @@ import numpy as np
 
 from leo_diffmodel.datasheet.settings import FRICTION, Rung, RUNGS
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate, Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Progress
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.smooth import Smooth
@@ -96,8 +96,8 @@ def climb(
         rough = next((name for name in leading if at[name].fit.certificate is None), None)
         if rough is None:
             return ladder
-        at[rough] = fits.finished(at[rough], [at[rough].fit.hypothesis.neutral])
-        progress(f'friction: {rough}', STEPS.end)
+        at[rough] = fits.finished(at[rough], [at[rough].fit.hypothesis.neutral], progress)
+        progress(f'friction: {rough}')
 
 
 def _compared(fits: Smooth, at: Mapping[str, Estimate]) -> Ladder:

@@ -24,7 +24,7 @@ from leo_diffmodel.datasheet.settings import (
 )
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.covariance import covariance
-from leo_diffmodel.explain.estimate.estimator import Estimate, Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Progress
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.smooth import Smooth
@@ -96,7 +96,7 @@ def measure(
     alone = ladder.alone(fits, rest, reporter)
     held = HeldOut.of(data, posed, best.fit, model)
     final = last_fit(posed.problem, best.fit)
-    reporter('the last fit', STEPS.end)
+    reporter('the last fit')
     return Measured(model, joint, posed, ladder, final, tuple(alone), held, tuple(notes))
 
 
@@ -156,8 +156,8 @@ def _rich(fits: Smooth, pool: Sequence[Candidate], reporter: Progress) -> Estima
     at = fits.first(Hypothesis(constants=uncertain(problem.base, problem.trained)))
     for name in COMMON:
         at = added(fits, at, named[name], reporter) if name in named else at
-    at = fits.finished(at, [at.fit.hypothesis.neutral])
-    reporter('friction of any kind', STEPS.end)
+    at = fits.finished(at, [at.fit.hypothesis.neutral], reporter)
+    reporter('friction of any kind')
     rest = [c for c in pool if c.effect.name not in FRICTION]
     while wider := better(fits, at, rest, reporter):
         at = wider

@@ -17,6 +17,7 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.explain.decide import decision, Rule
 from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, seen
@@ -24,8 +25,9 @@ from leo_diffmodel.explain.problem.usable import Logged
 from leo_diffmodel.explain.reading import Asked, best_reading, Reading
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
-from leo_diffmodel.explain.sentence import answer, next_run
+from leo_diffmodel.explain.sentence import answer, CUT_SHORT, MORE_TIME, next_run
 from leo_diffmodel.explain.settings import Settings, settings_for
+from leo_diffmodel.explain.so_far import SoFar
 from leo_diffmodel.explain.told import Thing, Told
 from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.outside.finding import Finding
@@ -52,6 +54,7 @@ class Explanation:
     stability: list[dict] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
+    complete: bool = True  # False where the time was over, or it is the best so far
     provenance: dict = field(default_factory=dict)
     edit_test: dict | None = None
     next_command: str | None = None
@@ -87,12 +90,13 @@ def explain(
     within: float = math.inf,
     keep: bool = False,
     mend: bool = False,
+    so_far: Callable[[Explanation], None] | None = None,
 ) -> Explanation:
     """Name what the model lacks, or say that nothing, or nothing known, is missing.
 
     Arguments are those of `leo_diffmodel.explain`, bags and model read already. `extra` are
     effects of a user's own, `settings` every number by which it is answered, by default those for
-    this robot.
+    this robot; `so_far` hears the answer of each better fit on the way.
 
     Raises:
         UserError: a step that cannot be scored, or constants that recordings say of themselves
@@ -104,25 +108,60 @@ def explain(
     origin = provenance(everything, model)
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     helper.prepare(search, not foreign)
+    progress = Reporter.of(progress)
+    progress('faults of the log', 0)
     log = Logged.of(recordings, hold_out, model, mend, not foreign)
     # a user's own law may do what a hand does
     as_given, until = keep or foreign, began + settings.numerics.fitted * within
-    asked = Asked(model, settings, Reporter.of(progress), extra, as_given)
+    whole = _Whole(began, origin, settings, so_far)
+    asked = Asked(model, settings, progress, extra, as_given, whole.hear)
     found = best_reading(log, asked, until) if keep or not log.decided else None
     if found is None or (found.log.in_the_way and not keep):
         told, record = log.answer
-        answer = Explanation('unknown', (told,), model, next_run=record)
-    else:
-        log, answer = found.log, _answered(found, step)
-    (said,) = answer.told
-    return replace(
-        answer,
-        seconds=time.monotonic() - began,
-        provenance=origin,
-        told=(replace(said, about=log.headline + said.about),),
-        settings=settings.gates.to_json(),
-        log_faults=[f.to_json() for f in log.faults],
-    )
+        return whole.of(Explanation('unknown', (told,), model, next_run=record), log)
+    return whole.of(_answered(found, step), found.log)
+
+
+@dataclass
+class _Whole:
+    """Makes an answer whole, and tells each better one on the way."""
+
+    began: float
+    provenance: dict
+    settings: Settings
+    tell: Callable[[Explanation], None] | None
+    least: float = math.inf  # held-out error that was told
+
+    def of(self, answer: Explanation, log: Logged) -> Explanation:
+        (said,) = answer.told
+        return replace(
+            answer,
+            seconds=time.monotonic() - self.began,
+            provenance=self.provenance,
+            told=(replace(said, about=log.headline + said.about),),
+            settings=self.settings.gates.to_json(),
+            log_faults=[f.to_json() for f in log.faults],
+        )
+
+    def hear(self, reading: Reading, first: Estimate, best: Estimate) -> None:
+        if self.tell is None:
+            return
+        found = SoFar(reading.held_out(first.posed, best.fit), first, best)
+        if found.is_better(self.least):
+            self.least = min(self.least, found.after)
+            self.tell(self.of(_so_far(reading, best.fit, found), reading.log))
+
+
+def none_yet(model: Model) -> Explanation:
+    """The answer where there was no time for any."""
+    said = Told(f'{CUT_SHORT}, and no fit came to its end')
+    return Explanation('ambiguous', (said,), model, next_run=MORE_TIME, complete=False)
+
+
+def _so_far(reading: Reading, fitted: Fit, found: SoFar) -> Explanation:
+    """The answer of the best fit so far."""
+    answer = none_yet(_repaired(reading.asked.model, fitted))
+    return replace(answer, used=reading.recordings, **found.rows)
 
 
 def _answered(reading: Reading, step: float | None) -> Explanation:
@@ -163,6 +202,7 @@ def _searched(reading: Reading, found: Search, step: float | None) -> Explanatio
         rules=decided.rules,
         search=findings.search,
         unknown=findings.unknown,
+        complete=findings.search.complete,
         used=data,
         left_out=cut.stretches,
         **row,

@@ -7,14 +7,17 @@ predicts the motion that neither was fitted to is the answer.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import zip_longest
 import time
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.classes import Facts
@@ -40,6 +43,12 @@ class Asked:
     progress: Reporter
     extra: Sequence[Effect] = ()  # a user's own effects
     as_given: bool = False  # take the log, and what may have been moved from outside, as it is
+    hear: Callable[[Reading, Estimate, Estimate], None] = lambda *_: None  # each better set
+
+    @property
+    def silently(self) -> Asked:
+        """The same of a search whose sets are not heard."""
+        return Asked(self.model, self.settings, self.progress, self.extra, self.as_given)
 
 
 @dataclass(frozen=True)
@@ -57,15 +66,18 @@ class Reading:
     def leaves_noise(self) -> bool:
         return not isinstance(self.search, str) and self.search.leaves_noise
 
+    def held_out(self, posed: Posed, fitted: Fit) -> HeldOut:
+        own = own_constants(self.asked.model, self.cut.hold_out)
+        return HeldOut.of(self.recordings, posed, fitted, self.asked.model, own)
+
     def missed(self, sigma: Array) -> Array:
         """Mean size of the errors in each held-out block of time, in noise (R, 2J), shape (B,).
 
         As far ahead of the measured start as an answer says; NaN in blocks that are not held out.
         """
-        found, model = self.search, self.asked.model
+        found = self.search
         assert isinstance(found, Search)
-        own = own_constants(model, self.cut.hold_out)
-        held = HeldOut.of(self.recordings, found.posed, found.final, model, own)
+        held = self.held_out(found.posed, found.final)
         ahead, windows = held.ahead(found.final), held.windows
         size = np.sqrt(((ahead / sigma[windows.source]) ** 2).mean(axis=1))
         block = found.posed.blocks.index(windows)
@@ -88,7 +100,7 @@ def best_reading(log: Logged, asked: Asked, until: float) -> Reading:
         return replace(given, log=log.doubted) if given.leaves_noise else given
     mended, now = _searched(other, asked, until), time.monotonic()
     until = min(until, now + asked.settings.numerics.reading_times * (now - began))
-    given = _searched(log, asked, until)
+    given = _searched(log, asked.silently, until)
     return given if _predicts_better(mended, given) else replace(given, log=log.doubted)
 
 
@@ -114,10 +126,15 @@ def _searched(log: Logged, asked: Asked, until: float) -> Reading:
     recordings, hold_out = cut.thinned
     facts = Facts.of(model.robot, recordings)
     reading = Reading(asked, log, cut, (*recordings, *hold_out), facts, '')
+    asked.progress('noise and windows', 0)
+    began = time.monotonic()
     try:
         posed = pose(recordings, hold_out, model, settings)
     except ValueError as error:
         return replace(reading, search=f'{error}: record 20 s or more with a changing input')
+    now = time.monotonic()
+    telling, most = settings.numerics.telling_times, settings.numerics.telling_longest
+    until -= min(telling * (now - began), most * (until - now))
     return replace(reading, search=untestable(posed.problem) or _found(reading, posed, until))
 
 
@@ -125,11 +142,12 @@ def _found(reading: Reading, posed: Posed, until: float) -> Search:
     """The search, again with a finer step where that fits better."""
     asked, data = reading.asked, reading.recordings
     how = asked.extra, asked.progress, until, reading.facts.alike
-    found = search(data, asked.model, posed, *how)
+    heard = partial(asked.hear, reading)
+    found = search(data, asked.model, posed, *how, hear=heard)
     if reading.cut.mostly and not found.leaves_noise:
         return found
     fine = _finer(found, posed, asked.model)
-    return search(data, asked.model, fine, *how, found.final) if fine else found
+    return search(data, asked.model, fine, *how, found.final, heard) if fine else found
 
 
 def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:

@@ -12,6 +12,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
+from leo_msgs_py.ending import BEGAN
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -63,8 +64,7 @@ def add_bag_arguments(
 def add_search_arguments(arguments: Parser) -> None:
     arguments.add(
         '--within',
-        'answer within this time (s or min; what starting takes is not counted), with the '
-        'best that has come to its end',
+        'answer within this time (s or min) with the best that there is then',
         type=until,
         dest='until',
         default=math.inf,
@@ -90,8 +90,8 @@ def seconds(text: str) -> float:
 
 
 def until(text: str) -> float:
-    """When a time from now on is over [s of `time.monotonic`]."""
-    return time.monotonic() + seconds(text)
+    """When a time from the begin of the command on is over [s of `time.monotonic`]."""
+    return BEGAN.get(time.monotonic()) + seconds(text)
 
 
 def left(arguments: argparse.Namespace) -> float:

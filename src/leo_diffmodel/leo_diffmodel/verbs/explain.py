@@ -6,16 +6,15 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 import json
 from pathlib import Path
 import sys
+import time
 from typing import TYPE_CHECKING
-
-from rich.text import Text
 
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
+from leo_msgs_py.ending import Ended, ending
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from leo_diffmodel.bags.episode import Recording
     from leo_diffmodel.explain.decide import Rule
     from leo_diffmodel.explain.explanation import Explanation
+    from leo_diffmodel.verbs.best import Best
     from leo_sim.model import Model
 
 EXAMPLES = (
@@ -39,8 +39,6 @@ EXAMPLES = (
     'leo explain bags/run1 --model pendulum --from 3 --to 12.5 --within 60s',
     'leo explain bags/payload --model arm --edit-test bags/payload_taken_off -o out/explain',
 )
-SHOWN = 8
-HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 
 
 def main(argv: list[str]) -> int:
@@ -48,6 +46,7 @@ def main(argv: list[str]) -> int:
     arguments = _parser().parse_args(argv)
 
     from leo_diffmodel.bags.episode import distinct
+    from leo_diffmodel.verbs.best import Best
 
     if arguments.each and (arguments.hold_out or arguments.write_effect or arguments.edit_test):
         raise UserError(
@@ -56,24 +55,36 @@ def main(argv: list[str]) -> int:
         )
     folder = common.fresh_folder(arguments.output)
     target = _fresh_effect(arguments.write_effect)
-    model = common.named_model(arguments.model)
-    recordings, held = common.read_all(arguments, model, whole=arguments.each)
-    changed = common.read_bags(arguments.edit_test, model, arguments.topic_map)
-    distinct([*recordings, *held, *changed])
-    if arguments.each:
-        return _each(arguments, model, recordings, folder)
-    result = _edited(arguments, model, _explained(arguments, model, recordings, held), changed)
+    model, best = common.named_model(arguments.model), Best(folder)
+    try:
+        with ending(arguments.until):
+            recordings, held = common.read_all(arguments, model, whole=arguments.each)
+            changed = common.read_bags(arguments.edit_test, model, arguments.topic_map)
+            distinct([*recordings, *held, *changed])
+        if arguments.each:
+            return _each(arguments, model, recordings, folder)
+        best.answer = _explained(arguments, model, recordings, best, held)
+        best.answer = _edited(arguments, model, best.answer, changed)
+        return _finished(arguments, best, [*recordings, *held], target)
+    except KeyboardInterrupt as early:
+        return best.left(arguments, model, early)
+
+
+def _finished(
+    arguments: argparse.Namespace, best: Best, recordings: Sequence[Recording], target: Path | None
+) -> int:
+    """Print an answer and write it."""
+    assert best.answer
+    folder, result = best.folder, best.answer
     result = replace(result, next_command=common.next_command(arguments, folder, result))
     try:
         if target:
             result = _written(target, result)
-        if folder:
-            _write(folder, result, [*recordings, *held], common.watch(arguments))
     finally:  # a search is long: its answer is told where it cannot be written, too
-        if arguments.json:
-            print(json.dumps(result.to_json()))
-        else:
-            show(result)
+        best.answer = result
+        best.tell(arguments)
+    if folder:
+        _write(folder, result, recordings, arguments)
     if not arguments.json:
         if arguments.why:
             _show_rules(result.rules)
@@ -86,15 +97,19 @@ def _explained(
     arguments: argparse.Namespace,
     model: Model,
     recordings: Sequence[Recording],
+    best: Best,
     held: Sequence[Recording] = (),
-    title: str = 'explaining',
+    title: str = '',
     share: float = 1.0,
 ) -> Explanation:
     from leo_diffmodel.explain.explanation import explain
 
     own, within = common.own_effects(arguments), share * common.left(arguments)
-    with progress(title, within=within) as heard:
-        chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend}
+    chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend, 'so_far': best}
+    with (
+        progress(f'explaining {title}'.strip(), within=within) as heard,
+        ending(time.monotonic() + within),
+    ):
         return explain(recordings, model, held, own, heard, arguments.step, **chosen)
 
 
@@ -110,7 +125,7 @@ def _edited(
 
     from leo_diffmodel.explain.edit_test import edit_test
 
-    with progress('edit test') as heard:
+    with progress('edit test') as heard, ending(arguments.until):
         found = edit_test(given, result.model, bags, arguments.step, heard)
     return replace(result, edit_test=found)
 
@@ -129,11 +144,18 @@ def _each(
     try:
         for name, recording in zip(names, recordings, strict=True):
             parts, share = by_rate([recording]), 1 / (len(names) - len(results))
-            result = _explained(arguments, model, parts, (), f'explaining {name}', share)
-            results.append(result)
-            if folder and (inside := common.fresh_folder(str(folder / name))):
-                arguments.bags = [str(recording.path)]
-                _write(inside, result, parts, common.watch(arguments))
+            best = Best(common.fresh_folder(str(folder / name)) if folder else None)
+            try:
+                best.answer = _explained(arguments, model, parts, best, (), name, share)
+                if best.folder:
+                    arguments.bags = [str(recording.path)]
+                    _write(best.folder, best.answer, parts, arguments)
+            except Ended as early:
+                status = best.ended(model, early)
+                if not early.in_time:
+                    return status
+            finally:
+                results += [best.answer] if best.answer else []
     finally:
         _show_each(dict(zip(names, results, strict=False)), arguments)
     return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
@@ -170,41 +192,18 @@ def _effect(row: dict) -> str:
     return f'{row["name"]}:{row["where"]} ({", ".join(v.rstrip() for v in values)})'
 
 
-def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:
+def _write(
+    folder: Path,
+    result: Explanation,
+    recordings: Sequence[Recording],
+    arguments: argparse.Namespace,
+) -> None:
     from leo_diffmodel.report.explained import explanation_page
 
-    page = explanation_page(result, recordings, watch)
+    with ending(arguments.until):
+        page = explanation_page(result, recordings, common.watch(arguments))
     answer = json_text(result.to_json())
     write_together({folder / 'explain.json': answer, folder / 'report.html': page})
-
-
-def show(result: Explanation) -> None:
-    """Print the verdict and the leading hypotheses."""
-    console = Terminal()
-    write = partial(console.print, highlight=False)
-    space = HEADLINE - len(f'{result.verdict}: ')
-    headline, *lines = (line for said in result.told for line in said.lines(space))
-    write(Text.assemble((result.verdict, 'bold'), f': {headline}'))
-    for line in lines:
-        write(line)
-    if result.hypotheses:
-        columns = 'effect', 'parameters', 'gain train / held out [nats]'
-        table = Table(*columns, title='hypotheses, best first')
-        for row in result.hypotheses[:SHOWN]:
-            table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))
-        console.print(table)
-    for path, row in result.constants.items():
-        if own := row.get('recordings'):
-            each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
-            write(f'{path}: {each}')
-    if result.edit_test:
-        from leo_diffmodel.verbs.compared import ranking_table
-
-        write('edit test: what was named is taken out of the model and of the robot')
-        console.print(ranking_table(result.edit_test))
-        write(result.edit_test['sentence'])
-    if result.next_run:
-        write(f'what would settle it: {result.next_run}')
 
 
 def _show_rules(rules: Sequence[Rule], title: str = 'rules of the answer') -> None:
@@ -229,16 +228,6 @@ def _parser() -> Parser:
     arguments.add('-o', 'write JSON and report here', dest='output', metavar='DIR')
     arguments.add('--write-effect', 'make an effect of what is no known effect', metavar='FILE.py')
     return arguments
-
-
-def _values(row: dict) -> str:
-    return ', '.join(f'{n} = {p["value"]:.4g} {p["unit"]}' for n, p in row['parameters'].items())
-
-
-def _gains(row: dict) -> str:
-    if row['gain_held_out'] is None:
-        return f'(a scan promised {row["gain_train"]:.1f})'
-    return f'{row["gain_train"]:.1f} / {row["gain_held_out"]:.1f}'
 
 
 def _fresh_effect(path: str | None) -> Path | None:

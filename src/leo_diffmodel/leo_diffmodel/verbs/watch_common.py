@@ -68,13 +68,21 @@ def _port(text: str) -> int:
 
 def asked(argv: list[str], reporter: Callable[[str], None]) -> dict:
     """What `leo explain` says to the same words: the contents of explain.json."""
-    from leo_diffmodel.explain.explanation import explain
+    from leo_diffmodel.explain.explanation import explain, Explanation
 
     arguments = parser().parse_args(argv)
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
-    own = common.own_effects(arguments)
-    return explain(recordings, model, held, own, reporter, arguments.step).to_json()
+    own, so_far = common.own_effects(arguments), list[str]()
+
+    def report(text: str) -> None:
+        reporter('; '.join([text, *so_far[-1:]]))
+
+    def hear(answer: Explanation) -> None:
+        so_far.append(answer.sentence)
+
+    found = explain(recordings, model, held, own, report, arguments.step, so_far=hear)
+    return found.to_json()
 
 
 def proposed(argv: list[str], answer: dict[str, Any], reporter: Callable[[str], None]) -> Plan:

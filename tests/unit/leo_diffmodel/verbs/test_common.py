@@ -2,6 +2,7 @@
 """The model and the bags of a command line, and the files of its answer."""
 
 from argparse import Namespace
+import time
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from leo_diffmodel.api import _read
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.verbs import check, common, compare, explain
 from leo_msgs_py.cli import main
+from leo_msgs_py.ending import BEGAN
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import load_model, Model
@@ -91,6 +93,15 @@ def test_where_the_report_cannot_be_written_there_is_no_json_either(tmp_path, ve
     with pytest.raises(OSError, match=r'report\.html'):
         verb.main([str(path), '--model', 'pendulum', '-o', str(report.parent)])
     assert [*report.parent.iterdir()] == [report]
+
+
+def test_a_time_counts_from_the_start_of_the_command():
+    command = BEGAN.set(100.0)
+    try:
+        assert common.until('2min') == 220.0
+    finally:
+        BEGAN.reset(command)
+    assert time.monotonic() + 59.0 < common.until('60s') <= time.monotonic() + 60.0
 
 
 @pytest.mark.parametrize('each', [False, True])

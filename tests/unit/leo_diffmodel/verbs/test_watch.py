@@ -4,11 +4,13 @@
 from argparse import Namespace
 import shlex
 from threading import Event
+from types import SimpleNamespace
 import webbrowser
 
 import pytest
 from tests.patience import PATIENCE
 
+from leo_diffmodel.explain import explanation
 from leo_diffmodel.verbs import common, explain, watch, watch_common
 from leo_msgs_py.errors import UserError
 
@@ -30,6 +32,20 @@ def test_other_verbs_name_the_command_of_the_page_on_the_same_data():
     )
     again = watch_common.parser().parse_args(shlex.split(typed)[2:])
     assert (again.bags, again.hold_out, again.begin) == (['a run', 'b'], ['c', 'd e'], 3.0)
+
+
+def test_the_page_hears_the_best_answer_so_far(monkeypatch):
+    def explained(*given, so_far):
+        given[4]('one')
+        so_far(SimpleNamespace(sentence='Missing: friction.'))
+        given[4]('two')
+        return SimpleNamespace(to_json=dict)
+
+    monkeypatch.setattr(explanation, 'explain', explained)
+    monkeypatch.setattr(common, 'read_all', lambda *_: ([], []))
+    heard = []
+    assert watch_common.asked(['a_bag', '--model', 'pendulum'], heard.append) == {}
+    assert heard == ['one', 'two; Missing: friction.']
 
 
 @pytest.mark.parametrize('words', [['a_bag'], ['--hold-out', 'a_bag'], ['--from', '3']])

@@ -12,8 +12,9 @@ from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
     Estimator,
     Extension,
+    FIT,
     Progress,
-    STEPS,
+    SCAN,
 )
 from leo_diffmodel.explain.estimate.fit import fit, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
@@ -48,7 +49,7 @@ class Contact(Estimator):
         pool = [c for c in pool if compatible(base.names, c)]
         posed, null, _ = converged(base.posed, base.fit)
         scanner = GroundScanner(posed.problem, null, self.scales, self._traces)
-        traced = scanner.trace(pool, lambda c: progress(c.label, STEPS.scan))
+        traced = scanner.trace(pool, lambda c: progress(c.label, 1, SCAN))
         scans = sorted(map(scanner.scan, traced), key=lambda s: -s.gain)
         limit = threshold(scans, posed.problem.settings)
         null, last = successive_halving(posed, null, scans, limit, progress)
@@ -57,7 +58,7 @@ class Contact(Estimator):
         untried += [(c,) for c in pool if c not in traced]
         return Extension(Estimate(posed, null), larger, tuple(scans), limit, tuple(untried))
 
-    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
+    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
         """From one start only: what another one costs here is most of a search."""
         posed, best = ground_fit.polished(at.posed, at.fit) if at.fit.hypothesis.size else at
         ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
@@ -90,7 +91,7 @@ def successive_halving(
     more = numerics.worth_more * limit
     if promised > numerics.worth_all * limit and _gained(null, last) > more:
         last = _each(converged, posed, [at.fit for at in last])
-        progress('the last contenders', STEPS.fit * len(last))
+        progress('the last contenders', len(last), FIT)
         last += _imitating(min(last, key=_loss), scans)
     null = _from_others(null, last)
     return null, [at._replace(fit=_from_others(at.fit, last)) for at in last]
@@ -111,7 +112,7 @@ def _played(
     numerics = posed.problem.numerics
     for left, behind in numerics.halving:
         field, rising = _further(null, field, left, behind)
-        progress(field[0][0].candidate.label, STEPS.look * len(field))
+        progress(field[0][0].candidate.label, len(field), 'contender')
     for _ in range(numerics.late_steps):
         if not rising or posed.problem.late():
             break

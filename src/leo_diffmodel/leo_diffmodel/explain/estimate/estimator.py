@@ -18,25 +18,22 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
+from leo_diffmodel.explain.settings import Numerics
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
-Progress = Callable[..., None]  # is called with what was done, and how many steps that were
+Progress = Callable[..., None]  # is called with what was done, how many steps of what kind
 
 
-class Steps(NamedTuple):
-    """What each trial costs, by and large, in scans of a candidate."""
-
-    scan: int = 1
-    look: int = 4
-    fit: int = 8
-    end: int = 64
-
-    def round(self, pool: int, fits: int) -> int:
-        return self.scan * pool + (self.look + self.fit) * fits
+SCAN, FIT, PART = 'scan', 'fit', 'part'
+"""Kinds of steps: of a candidate, of a set, and of a set less something, by its linear answer."""
 
 
-STEPS = Steps()
+def steps_ahead(numerics: Numerics, pool: int, rounds: int) -> dict[str, int]:
+    """About what so many rounds of the search take, the last fit and what comes after it."""
+    fits = rounds * numerics.singles + numerics.last_fits + numerics.law_fits
+    parts = rounds * numerics.parts
+    return {SCAN: rounds * pool, FIT: fits + numerics.findings_fits, PART: parts}
 
 
 class Estimate(NamedTuple):
@@ -52,6 +49,10 @@ class Estimate(NamedTuple):
     @property
     def names(self) -> frozenset[Candidate]:
         return frozenset(self.fit.hypothesis.candidates)
+
+
+Hear = Callable[[Estimate, Estimate], None]
+"""Is told the model as given, constants refitted, and the best so far."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,7 @@ class Estimator(ABC):
         pool: Sequence[Candidate],
         progress: Reporter,
         near: Fit | None = None,
+        hear: Callable[[Estimate], None] = lambda _: None,
     ) -> Estimate:
         """Where the search begins: `near` what was chosen before, or the model as given."""
         return self.refitted(first, near.hypothesis, near.theta) if near else first
@@ -112,7 +114,7 @@ class Estimator(ABC):
         return Estimate(at.posed, begun)
 
     @abstractmethod
-    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
+    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
         """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate."""
 
     def ends(self, at: Estimate) -> Array:

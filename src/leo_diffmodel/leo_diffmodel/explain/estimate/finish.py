@@ -13,6 +13,7 @@ from itertools import takewhile
 import numpy as np
 from scipy.linalg import block_diag
 
+from leo_diffmodel.explain.estimate.estimator import FIT, Progress
 from leo_diffmodel.explain.estimate.fit import fit, read_at
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit
 from leo_diffmodel.explain.estimate.settle import settle
@@ -23,7 +24,9 @@ from leo_sim.description.robot import Constant
 Array = np.ndarray
 
 
-def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
+def finished(
+    problem: Problem, fitted: Fit, starts: Sequence[Array], progress: Progress = lambda *_: None
+) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
     It begins where the search left it, then at other `starts`, each (P,), until two ends agree.
@@ -37,6 +40,7 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     for theta in (None, None) if many else (*starts, None, None):
         if _reached(problem, ends, best) > 1 or problem.late():
             break
+        progress('the last fit', 1, FIT)
         if theta is None:
             theta = hypothesis.bounded(best.theta + (-1) ** len(ends) * _error_off(best))
         other = fit(problem, hypothesis, theta, thorough=True)

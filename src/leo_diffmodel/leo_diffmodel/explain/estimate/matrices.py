@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import Progress, SCAN
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan, Scanner
 from leo_diffmodel.explain.estimate.terms import Column, MASS, MOMENT, Term, terms_of
@@ -105,12 +105,13 @@ def matrices(
     few = max(1, round(problem.numerics.matrix_samples / problem.windows.steps))
     some = problem.some_trained(few)
     made = _Builder(problem.take(some), fitted.take(some), scales)
+    progress('effects one by one', 0)
     for candidate in pool:
         if problem.late():
             break
-        progress(candidate.label, STEPS.scan)
         if candidate not in fitted.hypothesis.candidates or candidate.has_whole:
             made.add(candidate)
+        progress(candidate.label, 1, SCAN)
     return made.made
 
 

@@ -6,15 +6,16 @@ what else is missing is judged beside it. In short windows predictions answer st
 is missing, so that a choice by linear algebra holds there; a joint fit in longer ones decides.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+import time
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import choice
 from leo_diffmodel.explain.estimate.choice import Kept, Price, price_of, pruned
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, FIT, most_floors
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
@@ -39,18 +40,24 @@ class Rounds:
         self._estimator, self._first, self._pool = estimator, first, pool
         self._progress = progress
 
-    def of(self, recordings: Sequence[Recording], near: Fit | None = None) -> Estimate:
+    def of(
+        self, recordings: Sequence[Recording], near: Fit | None, hear: Callable[[Estimate], None]
+    ) -> Estimate:
         """The set that rounds lead to, from short windows or from a fit `near` the best."""
-        begun, problem = near or self.begun(recordings), self._first.problem
+        begun, problem = near or self.begun(recordings, hear), self._first.problem
         fitted = fit(problem, begun.hypothesis, begun.theta)
-        self._progress('all losses at once', STEPS.fit)
+        self._progress('all losses at once', 1, FIT)
+        hear(self._first._replace(fit=fitted))
         fitted, made = self.settled(problem, fitted)
         return self.seen(self._first._replace(fit=fitted), made)
 
-    def begun(self, recordings: Sequence[Recording]) -> Fit:
+    def begun(self, recordings: Sequence[Recording], hear: Callable[[Estimate], None]) -> Fit:
         """What short windows say: ordinary losses, and whatever else they need."""
         ordinary = tuple(c for c in self._pool if _ordinary(c))
-        short = shorter(self._first.posed, recordings)
+        short, now = shorter(self._first.posed, recordings), time.monotonic()
+        # later fits decide: of the time that there is, they have the most
+        until = self._first.problem.until
+        short = replace(short, until=now + short.numerics.short_share * (until - now))
         constants = self._first.fit.hypothesis.constants
         begun = self._fitted(short, Hypothesis(ordinary, constants))
         for _ in range(short.numerics.most_rounds):
@@ -59,6 +66,7 @@ class Rounds:
             begun, again = self._round(short, begun, self.matrices(short, begun, self._plain))
             if again:
                 break
+        hear(Estimate(replace(self._first.posed, problem=short), begun))
         return begun
 
     def settled(self, problem: Problem, fitted: Fit) -> tuple[Fit, Matrices]:
@@ -124,7 +132,10 @@ class Rounds:
     ) -> Fit:
         """A joint fit; what start states do changes with every step of so many effects."""
         steps = problem.numerics.joint_steps
-        return fit(problem, hypothesis, theta, start, iterations=steps, thorough=True)
+        self._progress('all losses at once', 0)
+        fitted = fit(problem, hypothesis, theta, start, iterations=steps, thorough=True)
+        self._progress('all losses at once', 1, FIT)
+        return fitted
 
     def seen(self, at: Estimate, made: Matrices) -> Estimate:
         price = price_of(at.problem, at.fit, made)

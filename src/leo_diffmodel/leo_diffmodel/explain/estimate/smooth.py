@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimator for motion without contact: all effects in one linear problem about each fit."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -15,9 +15,10 @@ from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
     Estimator,
     Extension,
+    FIT,
     most_floors,
     Progress,
-    STEPS,
+    steps_ahead,
 )
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
@@ -26,7 +27,7 @@ from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
 from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, EVERYWHERE, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_msgs_py.console import Reporter
+from leo_msgs_py.console import listed, Reporter
 
 Array = np.ndarray
 Point = tuple[Hypothesis, Array]
@@ -48,9 +49,11 @@ class Smooth(Estimator):
         pool: Sequence[Candidate],
         progress: Reporter,
         near: Fit | None = None,
+        hear: Callable[[Estimate], None] = lambda _: None,
     ) -> Estimate:
-        progress.expect(2 * len(pool) + STEPS.end)
-        return Rounds(self, first, of_joints(pool), progress).of(recordings, near)
+        able, numerics = of_joints(pool), first.problem.numerics
+        progress.expect(steps_ahead(numerics, len(able), rounds=3))
+        return Rounds(self, first, able, progress).of(recordings, near, hear)
 
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
@@ -107,8 +110,8 @@ class Smooth(Estimator):
             self._made = at.fit, made
         return self._made[1]
 
-    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        return Estimate(at.posed, finished(at.problem, at.fit, starts))
+    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
+        return Estimate(at.posed, finished(at.problem, at.fit, starts, progress))
 
 
 def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
@@ -134,7 +137,7 @@ def _fitted_all(
             problem.until,
             partial(_fitted, problem, base.fit, rival),
             points[first : first + each],
-            lambda p: progress(' + '.join(c.label for c in p[0].candidates), STEPS.fit),
+            lambda p: progress(listed([c.label for c in p[0].candidates]), 1, FIT),
         )
         fits |= {first + i: f for i, f in found.items()}
         now = min((f.lost(problem.train) for f in found.values()), default=np.inf)

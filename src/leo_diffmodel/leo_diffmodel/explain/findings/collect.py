@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
-from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import FIT, PART, Progress, SCAN
 from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
 from leo_diffmodel.explain.findings.choices import choices, other, refuted
@@ -21,6 +21,7 @@ from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.explain.unknown.attempt import with_past
+from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
@@ -39,8 +40,11 @@ def collect(
     `step` is one control period [s], `own` are the constants that held-out recordings have of
     their own.
     """
-    progress('what no known effect explains', STEPS.end // 2)
-    done = finish(recordings, model, found, facts, own)
+    reporter, numerics = Reporter.of(progress), found.problem.numerics
+    reporter.expect({SCAN: 0, PART: 0, FIT: numerics.law_fits + numerics.findings_fits})
+    done = finish(recordings, model, found, facts, own, reporter)
+    reporter('held-out errors', 1, FIT)
+    reporter.expect({FIT: numerics.findings_fits})
     found, held, bags = done.search, done.held, tuple(r.name for r in recordings)
     before, after = held.predict(found.null), held.predict(found.final)
     chosen, windows = found.final.hypothesis.candidates, found.problem.windows

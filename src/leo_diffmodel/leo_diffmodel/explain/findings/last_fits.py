@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.estimator import Estimate, Progress
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, linear_part
 from leo_diffmodel.explain.findings.choices import last_word
@@ -42,12 +42,14 @@ def finish(
     found: Search,
     facts: Facts,
     own: Sequence[Constant],
+    progress: Progress = lambda *_: None,
 ) -> Finished:
     """Make the last choice and the last fits; `own` are constants of held-out recordings alone."""
     if found.complete:
         held = HeldOut.of(recordings, found.posed, found.final, model, own)
         found = last_word(found, held.undisturbed(found.final), facts)
-    found, law = _with_law(recordings, found)
+    progress('what no known effect explains', 0)
+    found, law = _with_law(recordings, found, progress)
     held = HeldOut.of(recordings, found.posed, found.final, model, own)
     found = replace(found, null=held.completed(found.null), final=held.completed(found.final))
     law = law and _completed(law, held)
@@ -61,14 +63,16 @@ def finish(
     return Finished(found, law, held, smaller, growing)
 
 
-def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, Attempt | None]:
+def _with_law(
+    recordings: Sequence[Recording], found: Search, progress: Progress
+) -> tuple[Search, Attempt | None]:
     """The search next to the law that is no known effect, and that law; None without one.
 
     A search that was cut short, or that leaves no time for it, knows none.
     """
     if not found.complete:
         return found, None
-    law = None if found.problem.late() else find(recordings, found)
+    law = None if found.problem.late() else find(recordings, found, progress)
     if found.problem.late():
         return replace(found, untried=('a law that is no known effect',)), None
     return (without(found, law), law) if law else (found, None)

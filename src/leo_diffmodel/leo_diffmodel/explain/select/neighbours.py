@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -30,15 +31,18 @@ def searched(
     the search begins.
     """
     sets.add([first])
-    begun = sets.estimator.begun(first, recordings, sets.pool, sets.progress, near)
+    hear = partial(sets.hear, first)
+    begun = sets.estimator.begun(first, recordings, sets.pool, sets.progress, near, hear)
     sets.usual = _usual(sets, begun)
     best = judged(sets, begun)
+    hear(best.at)
     if len(best.names) <= sets.settings.gates.many:
         sets.extend(frozenset())
         best = _best(sets)
     while best.names not in sets.extensions:
         sets.extend(best.names)
         best = _best(sets)
+        hear(best.at)
         if sets.late:
             break
     return sets.ordered()[0] if sets.late else _shared(sets, best)

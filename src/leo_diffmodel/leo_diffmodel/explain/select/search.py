@@ -13,7 +13,14 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.contact import Contact
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import (
+    Estimate,
+    Estimator,
+    Hear,
+    Progress,
+    SCAN,
+    steps_ahead,
+)
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, unexplained
 from leo_diffmodel.explain.estimate.scan import Scan
@@ -98,32 +105,36 @@ def search(
     until: float = np.inf,
     alike: Alike = eq,
     near: Fit | None = None,
+    hear: Hear = lambda *_: None,
 ) -> Search:
     """Choose the effects that the recordings, held-out ones last, support.
 
     Uncertain constants of the model are refitted in every hypothesis. `extra` are a user's own
     effects, `near` is what was chosen with a longer integration step. The last fit is over at
-    `until`, with the best so far [s of `time.monotonic`].
+    `until`, with the best so far [s of `time.monotonic`]; every better one is heard.
     """
     began, settings = time.monotonic(), posed.problem.settings
     longest = settings.numerics.last_longest
     posed = posed.before(longest * began + (1 - longest) * until)
     kind = Contact if model.robot.contacts else Smooth
+    progress('the model as given', 0)
     fits = kind(posed, scales_of(model, posed.problem.windows))
     pool = [limited(c, model, settings.grids) for c in seen(model, recordings, extra)]
     constants = uncertain(model, posed.problem.trained)
     first = fits.first(Hypothesis(constants=constants))
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
-    found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
+    found = Sets(fits, pool, settings, Reporter.of(progress), hear, first.problem.until)
     best = searched(found, first, recordings, near)
     late = found.late
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
     resamples = tuple(s.names for s in stable.resamples(found))
     best = best if late else stable.narrowed(found, best, resamples, alike)
+    found.progress('the last fit', 0)
+    found.progress.expect({**steps_ahead(settings.numerics, 0, rounds=0), SCAN: len(pool)})
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
-    progress('the last fit', STEPS.end // 2)
+    found.hear(found.known[frozenset()].at, final)
     return Search(
         null=found.known[frozenset()].fit,
         final=final.fit,
@@ -144,7 +155,8 @@ def _last_fit(sets: Sets, until: float, step: float, best: Scored) -> Estimate:
     """A set fitted with the integration step that it needs, of `step` s at least."""
     fits = sets.estimator
     posed = refined(best.at.posed.before(until), best.fit.point, step)
-    at = fits.finished(best.at._replace(posed=posed), _starts(best.fit, sets.scans))
+    starts = _starts(best.fit, sets.scans)
+    at = fits.finished(best.at._replace(posed=posed), starts, sets.progress)
     at = at._replace(fit=fits.doubted(best.at, at.fit, sets.pool, sets.progress))
     return _largest_first(fits, at)
 

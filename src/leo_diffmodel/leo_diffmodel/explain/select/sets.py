@@ -9,13 +9,21 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
+from leo_diffmodel.explain.estimate.estimator import (
+    Estimate,
+    Estimator,
+    Extension,
+    FIT,
+    Hear,
+    PART,
+    steps_ahead,
+)
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis, widens
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
-from leo_msgs_py.console import Reporter
+from leo_msgs_py.console import listed, Reporter
 
 Names = frozenset[Candidate]
 
@@ -28,6 +36,7 @@ class Sets:
     pool: Sequence[Candidate]  # all candidates, in the order of the catalogue
     settings: Settings
     progress: Reporter
+    hear: Hear = lambda *_: None  # is told each better set
     until: float = np.inf  # when to stop [s of `time.monotonic`]
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)  # tried on top of which set
@@ -79,6 +88,7 @@ class Sets:
         """Score fitted sets; of two fits of one set the better is kept, others begin from it."""
         for at in sets:
             new = replace(score(at), ends=self.estimator.ends(at))
+            self.progress('effects that are not needed', 1, PART)
             other = self.known.get(at.names)
             saved = float((other.left - new.left).sum()) if other else np.inf
             if other and saved > self.settings.gates.equal_nats * self.weight.spread:
@@ -101,8 +111,8 @@ class Sets:
             least = self.settings.gates.least_nats
             self.extensions[names] = Extension(at, (), (), least, untried)
             return
-        steps = STEPS.round(len(self.pool), self.settings.numerics.singles)
-        self.progress.expect(steps + STEPS.end)
+        numerics, rounds = self.settings.numerics, 1 if self.extensions else 2
+        self.progress.expect(steps_ahead(numerics, len(self.pool), rounds))
         rival = min(s.fit.lost(at.problem.train) for s in self.known.values())
         found = self.estimator.near(at, self.pool, self.progress, rival)
         self.extensions[names] = found
@@ -132,7 +142,9 @@ class Sets:
             begin += [values[p.name] for p in c.parameters]
         begin += theta[full.first_constant :].tolist()
         part = Hypothesis(tuple(candidates), full.constants)
-        self.add([self.estimator.refitted(near, part, np.array(begin))])
+        fitted = self.estimator.refitted(near, part, np.array(begin))
+        self.progress(listed([c.label for c in candidates]), 1, FIT)
+        self.add([fitted])
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:

@@ -189,6 +189,16 @@ class Numerics:
     fitted: float = 0.9  # share of the time for an answer after which nothing is fitted any more
     last_times: float = 10.0
     """Kept for the last fit, from several starts: times what the first one took."""
+    telling_times: float = 3.0
+    """Kept for findings and the report: times what it took to pose the problem, which predicts as
+    much."""
+    telling_longest: float = 0.5  # share of the time that is kept for them at most
+    short_share: float = 1 / 3  # of the time for a search, that its short windows take at most
+    last_fits: int = 3
+    """What the last fit takes, by and large, in fits of the search; only clocks ask for it."""
+    law_fits: int = 4  # the same of a law that is no known effect
+    findings_fits: int = 3  # and of findings
+    parts: int = 18  # effects that are judged one by one in a round of the search, about
     last_longest: float = 0.3  # share of the time that is kept for the last fit at most
 
     # unknown

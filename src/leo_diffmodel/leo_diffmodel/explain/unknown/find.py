@@ -14,7 +14,7 @@ from itertools import islice
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.estimator import Estimate, FIT, Progress
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import Scored, weigh
@@ -27,7 +27,9 @@ from leo_diffmodel.explain.unknown.influence import Influence, influence
 Named = Mapping[Names, Scored]
 
 
-def find(recordings: Sequence[Recording], found: Search) -> Attempt | None:
+def find(
+    recordings: Sequence[Recording], found: Search, progress: Progress = lambda *_: None
+) -> Attempt | None:
     """The law that what is known, the final hypothesis, cannot stand for, if any."""
     if found.weight.leaves_noise(found.chosen, found.threshold):
         return None  # nothing is ahead of it by more than noise gives
@@ -36,7 +38,11 @@ def find(recordings: Sequence[Recording], found: Search) -> Attempt | None:
     laws: dict[Names, Attempt] = {}
     best = None
     for base in _bases(recordings, found):
+        progress('what no known effect explains', 1, FIT)
         laws |= {a.scored.names: a for a in _tried(recordings, found, *base)}
+        progress('what no known effect explains', 1, FIT)
+        if found.problem.late():
+            return None
         best = _best(found, named, laws) if laws else None
         if best and not rest_of(found.problem, found.null, best.fit).matters:
             break

@@ -312,4 +312,5 @@ def test_a_search_hears_how_much_is_to_come(monkeypatch):
     among(monkeypatch, Model(TORQUE), 'viscous_friction', 'bias_torque')
     data, model, told = [record(TORQUE, seconds=8)], Model(TORQUE), Reporter(lambda _: None)
     search(data, model, pose(data, [], model), SETTINGS, progress=told)
-    assert told.clock.steps >= told.clock.done > 2
+    scans, fits = told.clock.paces['scan'], told.clock.paces['fit']
+    assert scans.done >= 2 and fits.done > 2 and scans.seconds > 0 and fits.seconds > 0

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The best answer so far of a search that may be ended early: written and said as it comes."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import suppress
+from functools import partial
+import json
+import multiprocessing
+import os
+from pathlib import Path
+from signal import SIGINT, SIGKILL
+import sys
+import time
+
+from rich.text import Text
+
+from leo_diffmodel.explain.explanation import Explanation, none_yet
+from leo_diffmodel.verbs.common import NEGATIVE
+from leo_diffmodel.verbs.compared import ranking_table
+from leo_msgs_py.console import in_words, listed, Table, Terminal
+from leo_msgs_py.ending import BEGAN, Ended
+from leo_msgs_py.whole_file import json_text, write_whole
+from leo_sim.model import Model
+
+SHOWN = 8
+HEADLINE = 200  # characters that a headline may take: two lines of a terminal
+
+
+class Best:
+    """Hears each better answer."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self.folder, self._said, self._told = folder, '', False
+        self._began = BEGAN.get(time.monotonic())
+        self.answer: Explanation | None = None
+
+    def __call__(self, answer: Explanation) -> None:
+        """Keep an answer, write it where there is a folder, and say on stderr what it names."""
+        self.answer = answer
+        with suppress(OSError):  # the search goes on; its end says what is wrong with the folder
+            self.write()
+            if self.folder:  # a report there is of an answer of before
+                (self.folder / 'report.html').unlink(missing_ok=True)
+        (told,) = answer.told
+        names = listed([thing.name for thing in told.things]) or 'nothing named yet'
+        said, first = f'{names}; {told.change}', 'so far' if self._said else 'first answer'
+        if said != self._said:
+            took = in_words(time.monotonic() - self._began)
+            _say(f'{first} after {took}, not sure: {said}')
+        self._said = said
+
+    def write(self) -> None:
+        if self.folder and self.answer:
+            write_whole(self.folder / 'explain.json', json_text(self.answer.to_json()))
+
+    def tell(self, arguments: argparse.Namespace) -> None:
+        """Print the answer."""
+        assert self.answer
+        self._told = True
+        if arguments.json:
+            print(json.dumps(self.answer.to_json()))
+        else:
+            show(self.answer)
+
+    def left(self, arguments: argparse.Namespace, model: Model, early: KeyboardInterrupt) -> int:
+        """Print and write what a command that was ended leaves; its exit status."""
+        status = self.ended(model, early if isinstance(early, Ended) else Ended(SIGINT))
+        if self.answer and not self._told:
+            self.tell(arguments)
+        return status
+
+    def ended(self, model: Model, early: Ended) -> int:
+        """Write what there is, and say on stderr what was kept; the exit status."""
+        for number in filter(None, (child.pid for child in multiprocessing.active_children())):
+            os.kill(number, SIGKILL)
+        if early.in_time and not self.answer:
+            self.answer = none_yet(model)
+        self.write()
+        _say(f'leo: {self._kept(early)}')
+        if early.in_time and self.answer:
+            return 1 if self.answer.verdict in NEGATIVE else 0
+        return early.status
+
+    def _kept(self, early: Ended) -> str:
+        why = 'the time was over' if early.in_time else f'ended by {early.number.name}'
+        if self.answer is None:
+            return f'{why} before a first answer: nothing is kept; type the same again'
+        where = f'in {self.folder}/explain.json' if self.folder else 'printed; -o DIR keeps it'
+        whole = (
+            'the answer, no report,'
+            if self.answer.complete
+            else 'the best so far (complete: false)'
+        )
+        return f'{why}: {whole} is {where}; the same again with more time comes to its end'
+
+
+def _say(text: str) -> None:
+    with suppress(OSError, ValueError):  # nobody reads any more
+        print(text, file=sys.stderr, flush=True)
+
+
+def show(result: Explanation) -> None:
+    """Print the verdict and the leading hypotheses."""
+    console = Terminal()
+    write = partial(console.print, highlight=False)
+    space = HEADLINE - len(f'{result.verdict}: ')
+    headline, *lines = (line for said in result.told for line in said.lines(space))
+    write(Text.assemble((result.verdict, 'bold'), f': {headline}'))
+    for line in lines:
+        write(line)
+    if result.hypotheses:
+        columns = 'effect', 'parameters', 'gain train / held out [nats]'
+        table = Table(*columns, title='hypotheses, best first')
+        for row in result.hypotheses[:SHOWN]:
+            table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))
+        console.print(table)
+    for path, row in result.constants.items():
+        if own := row.get('recordings'):
+            each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
+            write(f'{path}: {each}')
+    if result.edit_test:
+        write('edit test: what was named is taken out of the model and of the robot')
+        console.print(ranking_table(result.edit_test))
+        write(result.edit_test['sentence'])
+    if result.next_run:
+        write(f'what would settle it: {result.next_run}')
+
+
+def _values(row: dict) -> str:
+    return ', '.join(f'{n} = {p["value"]:.4g} {p["unit"]}' for n, p in row['parameters'].items())
+
+
+def _gains(row: dict) -> str:
+    if row['gain_held_out'] is None:
+        return f'(a scan promised {row["gain_train"]:.1f})'
+    return f'{row["gain_train"]:.1f} / {row["gain_held_out"]:.1f}'

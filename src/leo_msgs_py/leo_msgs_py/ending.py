@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What ends a command early: a signal, or the time that it was given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+import math
+import os
+from pathlib import Path
+import signal
+import stat
+from threading import current_thread, main_thread
+import time
+from types import FrameType
+
+BEGAN: ContextVar[float] = ContextVar('BEGAN')
+"""When the command was typed [s of `time.monotonic`]."""
+LEAVING = 0.5  # s that it takes to say what was kept and to leave Python
+AGAIN = 0.2  # s after which it is raised again: callbacks of compiled code drop exceptions
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Ended(KeyboardInterrupt):
+    """The command is to end now."""
+
+    def __init__(self, number: int) -> None:
+        self.number = signal.Signals(number)
+        super().__init__(self.number.name)
+
+    @property
+    def in_time(self) -> bool:
+        """Whether nobody ended it: its time was over."""
+        return self.number == signal.SIGALRM
+
+    @property
+    def status(self) -> int:
+        """The exit status of a shell for a command that a signal ended."""
+        return 128 + self.number
+
+
+def end(number: int, _: FrameType | None = None) -> None:
+    """Handle a signal: raise `Ended`. A terminal that was closed takes no more output."""
+    if number == signal.SIGHUP:
+        for stream in (1, 2):
+            if stat.S_ISCHR(os.fstat(stream).st_mode):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    raise Ended(number)
+
+
+@contextmanager
+def ending(until: float = math.inf) -> Iterator[None]:
+    """Raise `Ended` at a signal, and in time to be over `until` [s of `time.monotonic`]."""
+    if current_thread() is not main_thread():  # signals are not for the others
+        yield
+        return
+    first: list[int] = []
+    inside = True
+
+    def ended(number: int, frame: FrameType | None) -> None:
+        if inside:
+            first.append(number)
+            signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
+            end(first[0], frame)
+
+    able = [n for n in SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
+    before = {n: signal.getsignal(n) for n in (*able, signal.SIGALRM)}
+    try:
+        for number in before:
+            signal.signal(number, ended)
+        if until < math.inf:
+            left = until - LEAVING - time.monotonic()
+            signal.setitimer(signal.ITIMER_REAL, max(left, 1e-6))
+        yield
+    finally:
+        inside = False
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def process_began() -> float:
+    """When this process was started, or now where no system says that [s of `time.monotonic`]."""
+    file = Path('/proc/self/stat')
+    if not file.exists():
+        return time.monotonic()
+    began = int(file.read_text().rpartition(')')[2].split()[19]) / os.sysconf('SC_CLK_TCK')
+    return time.monotonic() - (time.clock_gettime(time.CLOCK_BOOTTIME) - began)
