@@ -42,7 +42,7 @@ setup(
         'leo_sim',
         'bokeh>=3.4',
         'jinja2>=3.1',
-        'joblib>=1.3',
+        'joblib>=1.5',
         'lz4',
         'matplotlib',
         'mcap>=1.3',

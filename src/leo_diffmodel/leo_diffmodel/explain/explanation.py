@@ -16,7 +16,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.explain.decide import decision, Rule
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.fitted import Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, seen
@@ -103,17 +103,18 @@ def explain(
     model = with_known(model, everything)
     origin = provenance(everything, model)
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
-    helper.prepare(search, not foreign)
     log = Logged.of(recordings, hold_out, model, mend, not foreign)
     # a user's own law may do what a hand does
     as_given, until = keep or foreign, began + settings.numerics.fitted * within
     asked = Asked(model, settings, Reporter.of(progress), extra, as_given)
-    found = best_reading(log, asked, until) if keep or not log.decided else None
-    if found is None or (found.log.in_the_way and not keep):
-        told, record = log.answer
-        answer = Explanation('unknown', (told,), model, next_run=record)
+    if log.decided and not keep:
+        answer = _faulty(log, model)
     else:
-        log, answer = found.log, _answered(found, step)
+        with trials.by_processes(search, settings.numerics.starting, not foreign):
+            found = best_reading(log, asked, until)
+            wrong = found.log.in_the_way and not keep
+            answer = _faulty(log, model) if wrong else _answered(found, step)
+        log = log if wrong else found.log
     (said,) = answer.told
     return replace(
         answer,
@@ -123,6 +124,11 @@ def explain(
         settings=settings.gates.to_json(),
         log_faults=[f.to_json() for f in log.faults],
     )
+
+
+def _faulty(log: Logged, model: Model) -> Explanation:
+    told, record = log.answer
+    return Explanation('unknown', (told,), model, next_run=record)
 
 
 def _answered(reading: Reading, step: float | None) -> Explanation:

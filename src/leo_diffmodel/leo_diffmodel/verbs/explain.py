@@ -25,6 +25,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import json_text, write_together, write_whole
+from leo_sim.common.cores import using
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model
 
@@ -88,7 +89,7 @@ def _explained(
     share: float = 1.0,
 ) -> Explanation:
     own, within = common.own_effects(arguments), share * common.left(arguments)
-    with progress(title, within=within) as heard:
+    with progress(title, within=within) as heard, using(arguments.jobs):
         chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend}
         return explain(recordings, model, held, own, heard, arguments.step, **chosen)
 

@@ -19,6 +19,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import json_text, write_together
+from leo_sim.common.cores import using
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model.model_file import model_text
@@ -44,7 +45,8 @@ def main(argv: list[str]) -> int:
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with progress('repairing', within=common.left(arguments)) as reporter:
+    shown = progress('repairing', within=common.left(arguments))
+    with shown as reporter, using(arguments.jobs):
         before = compare(recordings, model, arguments.step)
         chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
 

@@ -44,17 +44,19 @@ def run(
     looped: Looped,
     q: Array,
     dq: Array,
+    begin: int,
+    end: int,
 ) -> None:
-    """Fill angles and rates (K + 1, N, J) after the first sample.
+    """Fill angles and rates (K + 1, N, J) of states from `begin` to `end` after the first sample.
 
     Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
     Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
     servos' loops are functions of three parameters and the voltage. Bent and looped have their
     parameters and places. The first angles and rates are given.
     """
-    states, size = q.shape[1:]
+    size = q.shape[2]
     room, work = room_for(tree.kind.shape[0]), work_of(size)
-    for n in range(states):
+    for n in range(begin, end):
         s = (n // each) % figures.shape[0]
         own, down = figures[s], gravity[s]
         for j in range(size):

@@ -190,6 +190,8 @@ class Numerics:
     last_times: float = 10.0
     """Kept for the last fit, from several starts: times what the first one took."""
     last_longest: float = 0.3  # share of the time that is kept for the last fit at most
+    starting: float = 3.0
+    """Of a search [s], after which its processes start: that takes each as much of a core."""
 
     # unknown
     law_stands_for: int = 2  # effects that one law may do instead of, and is compared with
