@@ -57,6 +57,7 @@ setup(
         'zstandard',
     ],
     extras_require={
+        'cluster': ['distributed>=2024.8'],
         'learn': ['safetensors', 'torch>=2.5,<2.14'],
         'test': ['pytest', 'hypothesis'],
     },

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 import json
@@ -13,7 +13,7 @@ import sys
 
 from rich.text import Text
 
-from leo_diffmodel.bags.episode import by_rate, distinct, Recording
+from leo_diffmodel.bags.episode import distinct, Recording
 from leo_diffmodel.explain.decide import Rule
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
@@ -24,7 +24,7 @@ from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
-from leo_msgs_py.whole_file import json_text, write_together, write_whole
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.cores import using
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model
@@ -53,20 +53,23 @@ def main(argv: list[str]) -> int:
             'and --edit-test'
         )
     folder = common.fresh_folder(arguments.output)
+    if arguments.each:
+        return _each(arguments, folder)
     target = _fresh_effect(arguments.write_effect)
     model = common.named_model(arguments.model)
-    recordings, held = common.read_all(arguments, model, whole=arguments.each)
+    recordings, held = common.read_all(arguments, model)
     changed = common.read_bags(arguments.edit_test, model, arguments.topic_map)
     distinct([*recordings, *held, *changed])
-    if arguments.each:
-        return _each(arguments, model, recordings, folder)
     result = _edited(arguments, model, _explained(arguments, model, recordings, held), changed)
     result = replace(result, next_command=common.next_command(arguments, folder, result))
     try:
         if target:
             result = _written(target, result)
         if folder:
-            _write(folder, result, [*recordings, *held], common.watch(arguments))
+            from leo_diffmodel.report.explained import write_explanation
+
+            bags = [*recordings, *held]
+            write_explanation(folder, result, bags, common.watch(arguments))
     finally:  # a search is long: its answer is told where it cannot be written, too
         if arguments.json:
             print(json.dumps(result.to_json()))
@@ -84,14 +87,27 @@ def _explained(
     arguments: argparse.Namespace,
     model: Model,
     recordings: Sequence[Recording],
-    held: Sequence[Recording] = (),
-    title: str = 'explaining',
-    share: float = 1.0,
+    held: Sequence[Recording],
 ) -> Explanation:
-    own, within = common.own_effects(arguments), share * common.left(arguments)
-    with progress(title, within=within) as heard, using(arguments.jobs):
+    own, within = common.own_effects(arguments), common.left(arguments)
+    with progress('explaining', within=within) as heard, using(arguments.jobs):
         chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend}
         return explain(recordings, model, held, own, heard, arguments.step, **chosen)
+
+
+def _each(arguments: argparse.Namespace, folder: Path | None) -> int:
+    """Every bag by itself; exit status 2 where one could not be explained."""
+    from leo_diffmodel.verbs.explain_each import explain_each
+
+    answers = explain_each(arguments, folder)
+    for answer in answers:
+        if arguments.why and not arguments.json:
+            _show_rules(answer.rules, f'rules of the answer to {answer.name}')
+        if answer.error:
+            print(f'leo: error: {answer.error}', file=sys.stderr)
+    if any(answer.error for answer in answers):
+        return 2
+    return 1 if any(a.told and a.told['verdict'] in common.NEGATIVE for a in answers) else 0
 
 
 def _edited(
@@ -106,67 +122,6 @@ def _edited(
     with progress('edit test') as heard:
         found = edit_test(given, result.model, bags, arguments.step, heard)
     return replace(result, edit_test=found)
-
-
-def _each(
-    arguments: argparse.Namespace,
-    model: Model,
-    recordings: Sequence[Recording],
-    folder: Path | None,
-) -> int:
-    """Explain every bag by itself; a folder of each in DIR."""
-    names = unique_names([r.path for r in recordings])
-    results: list[Explanation] = []
-    try:
-        for name, recording in zip(names, recordings, strict=True):
-            parts, share = by_rate([recording]), 1 / (len(names) - len(results))
-            result = _explained(arguments, model, parts, (), f'explaining {name}', share)
-            results.append(result)
-            if folder and (inside := common.fresh_folder(str(folder / name))):
-                arguments.bags = [str(recording.path)]
-                _write(inside, result, parts, common.watch(arguments))
-    finally:
-        _show_each(dict(zip(names, results, strict=False)), arguments)
-    return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
-
-
-def _show_each(results: Mapping[str, Explanation], arguments: argparse.Namespace) -> None:
-    """Print the verdict on each bag, and the effects with their values; nothing of none."""
-    if results and arguments.json:
-        print(json.dumps({name: result.to_json() for name, result in results.items()}))
-    elif results:
-        table = Table('bag', 'verdict', 'effects', title='each bag by itself')
-        for bag, answer in results.items():
-            table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
-        Terminal().print(table)
-        if arguments.why:
-            for bag, answer in results.items():
-                _show_rules(answer.rules, f'rules of the answer to {bag}')
-
-
-def unique_names(paths: Sequence[Path]) -> list[str]:
-    """The last parts of the paths in which they differ, as names of folders."""
-    for count in range(1, max(len(p.resolve().parts) for p in paths) + 1):
-        names = ['_'.join(p.resolve().parts[-count:]).strip('/') for p in paths]
-        if len(set(names)) == len(names):
-            return names
-    return [f'{number}_{path.name}' for number, path in enumerate(paths, 1)]
-
-
-def _effect(row: dict) -> str:
-    values = (
-        f'{name} = {p["value"]:.3g} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}] {p["unit"]}'
-        for name, p in row['parameters'].items()
-    )
-    return f'{row["name"]}:{row["where"]} ({", ".join(v.rstrip() for v in values)})'
-
-
-def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:
-    from leo_diffmodel.report.explained import explanation_page
-
-    page = explanation_page(result, recordings, watch)
-    answer = json_text(result.to_json())
-    write_together({folder / 'explain.json': answer, folder / 'report.html': page})
 
 
 def show(result: Explanation) -> None:
@@ -211,7 +166,9 @@ def _parser() -> Parser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)
-    arguments.flag('--each', 'every bag by itself, answers side by side')
+    arguments.flag('--each', 'every bag by itself, as a fleet; goes on where it was ended')
+    workers = 'of --each: the workers of a Dask scheduler instead of processes'
+    arguments.add('--scheduler', workers, metavar='tcp://HOST:PORT')
     arguments.flag('--why', 'print the rules of the answer: which fired, with what number')
     edited = 'bags of the robot after what was named was taken out of it'
     arguments.add('--edit-test', edited, nargs='+', default=[], metavar='BAG')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cores that this process may use, and work that their threads share."""
+"""The cores that this process may use, and work that threads or processes share there."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -7,7 +7,9 @@ from contextlib import contextmanager
 from functools import cache
 import itertools
 import os
-from typing import TypeVar
+from threading import Thread
+import time
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -56,3 +58,23 @@ def at_once(function: Callable[[Item], Result], items: Sequence[Item]) -> list[R
         return [*map(function, items)]
     with ThreadPoolExecutor(len(items)) as pool:
         return [*pool.map(function, items)]
+
+
+def processes(number: int, **options: Any) -> Any:
+    """Joblib's `Parallel` by so many processes of one thread, which end when this one has."""
+    from joblib import Parallel, parallel_config
+
+    ended = {'initializer': _watch, 'initargs': (os.getpid(),)}
+    with parallel_config('loky', inner_max_num_threads=1, **ended):
+        return Parallel(number, **options)
+
+
+def _watch(parent: int) -> None:
+    """Loky's processes wait 330 s for a parent that was killed."""
+
+    def wait() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    Thread(target=wait, daemon=True).start()

@@ -12,11 +12,11 @@ from threading import Timer
 import time
 from typing import Any, TypeVar
 
-from joblib import delayed, Parallel, parallel_config
+from joblib import delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 import numpy as np
 
-from leo_sim.common.cores import cores
+from leo_sim.common.cores import cores, processes
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -83,9 +83,9 @@ def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator
 
 
 def _parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-    with parallel_config('loky', inner_max_num_threads=1, idle_worker_timeout=60):
-        parallel = Parallel(cores(), return_as='generator', max_nbytes=None)
-    return parallel(delayed(function)(item) for item in items)
+    parallel = processes(cores(), return_as='generator', max_nbytes=None)
+    results: Iterator[Result] = parallel(delayed(function)(item) for item in items)
+    return results
 
 
 def _in_time(until: float, function: Callable[[Item], Result], item: Item) -> list[Result]:
