@@ -7,6 +7,7 @@ from leo_diffmodel.fleet.workers import distributed, Workers
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
+__all__ = ['ONE', 'Workers', 'add_worker_arguments', 'chosen_workers']
 ONE = Workers()
 
 

@@ -18,28 +18,16 @@ GO_ON = 'what was done is kept, and the same command goes on'
 
 
 class Workers(NamedTuple):
-    """Who works.
-
-    Attributes:
-        jobs: processes of this machine.
-        scheduler: address of a Dask scheduler whose workers take their place, as tcp://HOST:PORT.
-    """
-
-    jobs: int = 1
-    scheduler: str | None = None
+    jobs: int = 1  # processes of this machine
+    scheduler: str | None = None  # of Dask, whose workers take their place: tcp://HOST:PORT
 
     def each(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-        """The function of each item, as they come; begun in their order.
+        """The function of each item, as they come; begun in their order, and sent as copies.
 
         A Dask worker that is killed loses nothing: another one does what it had begun.
 
-        Args:
-            function: of one item; what it is and gives can be sent to another process.
-            items: its arguments.
-
         Raises:
-            UserError: no such scheduler, no worker, or workers were lost; results that came
-                before were given.
+            UserError: no such scheduler, no worker, or workers were lost, after all other results.
         """
         if not items:
             return iter(())

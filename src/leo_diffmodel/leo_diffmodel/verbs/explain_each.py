@@ -59,31 +59,33 @@ class Asked:
     def __call__(self, task: tuple[int, str, str]) -> Answer:
         """The answer to a bag by its number, name and path; read where it is there already."""
         number, name, bag = task
-        alone, said = self.at_once == 1, io.StringIO()
         rounds = math.ceil((self.bags - number) / self.at_once)
         given = argparse.Namespace(**{**vars(self.arguments), 'bags': [bag]})
-        try:
-            with redirect_stderr(said), using(given.jobs if alone else 1):
-                told, rules = self._told(given, name, (self.until - time.time()) / rounds)
-        except (UserError, OSError) as error:
-            return Answer(name, warnings=said.getvalue(), error=one_line(error))
-        return Answer(name, told, rules, said.getvalue())
+        alone, said = self.at_once == 1, io.StringIO()
+        with redirect_stderr(said), using(given.jobs if alone else 1):
+            try:
+                answer = self._answer(given, name, (self.until - time.time()) / rounds)
+            except UserError as error:
+                answer = Answer(name, error=one_line(error))
+        return replace(answer, warnings=said.getvalue())
 
-    def _told(
-        self, given: argparse.Namespace, name: str, within: float
-    ) -> tuple[dict[str, Any], tuple[Rule, ...]]:
+    def _answer(self, given: argparse.Namespace, name: str, within: float) -> Answer:
         own, model = common.own_effects(given), common.named_model(given.model)
         recordings, _ = common.read_all(given, model)
         origin = self._origin(recordings, model)
         if self.folder and (kept := _kept(self.folder / name, origin)):
-            return kept, ()
+            return Answer(name, kept)
         chosen = {'step': given.step, 'within': within, 'keep': given.keep, 'mend': given.mend}
-        answer = explain(recordings, model, (), own, **chosen)
-        whole = answer.search is None or answer.search.complete
-        answer = replace(answer, provenance=origin | {'complete': whole})
-        if self.folder and (inside := common.fresh_folder(str(self.folder / name))):
-            write_explanation(inside, answer, recordings, common.watch(given))
-        return answer.to_json(), answer.rules
+        found = explain(recordings, model, (), own, **chosen)
+        whole = found.search is None or found.search.complete
+        found = replace(found, provenance=origin | {'complete': whole})
+        answer = Answer(name, found.to_json(), found.rules)
+        try:
+            if self.folder and (inside := common.fresh_folder(str(self.folder / name))):
+                write_explanation(inside, found, recordings, common.watch(given))
+        except (OSError, UserError) as error:  # it took long, and is told
+            return replace(answer, error=one_line(error))
+        return answer
 
     def _origin(self, recordings: Sequence[Recording], model: Model) -> dict[str, Any]:
         asked = {name: getattr(self.arguments, name) for name in ASKED}

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo explain --each: every bag by itself, taken up where it was left, and who stands out."""
 
+from contextlib import nullcontext
 import json
 
 import pytest
+from tests.cluster import local_cluster
 from tests.searched import among
 from tests.simulate import bag, PENDULUM, record, TORQUE
 
@@ -62,14 +64,19 @@ def test_each_goes_alone(tmp_path, capsys, other):
     assert other in capsys.readouterr().err
 
 
-def test_a_bag_that_cannot_be_read_or_written_is_said_and_the_others_are_told(tmp_path, capsys):
+@pytest.mark.parametrize('by', ['--jobs', '--scheduler'])
+def test_what_cannot_be_read_or_written_is_said_and_all_else_is_told(tmp_path, capsys, by):
     paths = [bag(tmp_path / name, record(PENDULUM, seconds=1.0)) for name in ('run', 'full')]
     (tmp_path / 'out/full/report.html').mkdir(parents=True)
-    words = ['explain', *map(str, paths), str(tmp_path / 'none'), '--each', '--jobs', '2']
-    assert main([*words, '--model', 'pendulum', '-o', str(tmp_path / 'out')]) == 2
+    words = ['explain', *map(str, paths), str(tmp_path / 'none'), '--each', '--model', 'pendulum']
+    with local_cluster(2) if by == '--scheduler' else nullcontext() as cluster:
+        workers = cluster.scheduler_address if cluster else '2'
+        assert main([*words, by, workers, '-o', str(tmp_path / 'out')]) == 2
     said = capsys.readouterr()
-    assert '1 bags: 1 untestable\nuntestable: run\n' in said.out
-    assert len(said.err.splitlines()) == 2 and 'report.html' in said.err and 'none' in said.err
+    assert '2 bags: 2 untestable\nuntestable: run, full\n' in said.out
+    errors = [line for line in said.err.splitlines() if line.startswith('leo: error: ')]
+    assert len(errors) == 2 and 'report.html' in errors[0] and 'none' in errors[1]
+    assert json.loads((tmp_path / 'out/run/explain.json').read_text())['verdict'] == 'untestable'
 
 
 def test_names_of_bags_tell_them_apart(tmp_path):

@@ -3,16 +3,19 @@
 
 from contextlib import nullcontext
 from functools import partial
+import json
 import operator
 import os
 import time
+from unittest import mock
 
 import pytest
 from tests.searched import among
-from tests.simulate import record, TORQUE
+from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.explanation import explain
+from leo_msgs_py.cli import main
 from leo_sim.common.cores import using
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -61,17 +64,28 @@ def test_without_need_or_too_early_none_is_started(jobs, after, able):
         assert {pid for _, pid in trials.spread(_pid, range(3))} == {os.getpid()}
 
 
-def test_explanations_with_many_jobs_and_with_one_are_the_same(two, monkeypatch):
+def test_one_job_and_many_write_the_same_explain_json(two, monkeypatch, tmp_path):
     among(monkeypatch, Model(TORQUE), 'coulomb_friction', 'viscous_friction', 'stribeck_friction')
-    data = [record(TORQUE, place(TORQUE, 'coulomb_friction', 'pivot', c=0.2), seconds=10)]
+    placed = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+    path = str(bag(tmp_path / 'bag', record(TORQUE, placed, seconds=10)))
     monkeypatch.setattr(trials, 'by_processes', lambda *_: nullcontext())  # those that there are
-    many = explain(data, Model(TORQUE)).to_json()
-    monkeypatch.setattr(trials, '_starts', [])
-    with using(1):
-        one = explain(data, Model(TORQUE)).to_json()
-    for answer in (many, one):
-        del answer['seconds'], answer['provenance']
-    assert many == one
+    sent, found = mock.Mock(side_effect=trials._parallel), []
+    monkeypatch.setattr(trials, '_parallel', sent)
+    for jobs in ('2', '1'):
+        words = [path, '--model', 'torque_pendulum', '--jobs', jobs, '-o', str(tmp_path / jobs)]
+        assert main(['explain', *words]) == 0
+        told = json.loads((tmp_path / jobs / 'explain.json').read_text())
+        found.append({k: v for k, v in told.items() if k not in ('seconds', 'provenance')})
+        assert sent.called
+        monkeypatch.setattr(trials, '_starts', [])
+        sent.side_effect = AssertionError
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize('jobs', ['0', 'all', '-1'])
+def test_what_is_no_number_of_cores_is_said(jobs, capsys):
+    assert main(['explain', 'bag', '--model', 'pendulum', f'--jobs={jobs}']) == 2
+    assert f"'{jobs}' is no number of cores; give 1 or more" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('jobs', [1, 2])
