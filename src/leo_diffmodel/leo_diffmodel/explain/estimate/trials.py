@@ -83,7 +83,9 @@ def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator
 
 
 def _parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-    parallel = processes(cores(), return_as='generator', max_nbytes=None)
+    several = max(1, len(items) // (4 * cores()))  # each batch has a copy of the function's data
+    # no memory maps: these are read-only, and compiled code would be compiled anew for them
+    parallel = processes(cores(), return_as='generator', batch_size=several, max_nbytes=None)
     results: Iterator[Result] = parallel(delayed(function)(item) for item in items)
     return results
 
