@@ -42,7 +42,7 @@ setup(
         'leo_sim',
         'bokeh>=3.4',
         'jinja2>=3.1',
-        'joblib>=1.3',
+        'joblib>=1.5',
         'lz4',
         'matplotlib',
         'mcap>=1.3',
@@ -57,6 +57,7 @@ setup(
         'zstandard',
     ],
     extras_require={
+        'cluster': ['distributed>=2024.8'],
         'learn': ['safetensors', 'torch>=2.5,<2.14'],
         'test': ['pytest', 'hypothesis'],
     },

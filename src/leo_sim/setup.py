@@ -47,6 +47,7 @@ setup(
     ],
     install_requires=[
         'leo_msgs_py',
+        'joblib>=1.5',
         'mcap>=1.2',
         'numba>=0.60',
         'numpy>=1.26.4',

@@ -1,53 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who does independent pieces of work: processes of this machine, or workers of a Dask cluster."""
+"""Who works for a verb of the laboratory: `--jobs` and `--scheduler`."""
 
-from __future__ import annotations
+from typing import Any
 
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
-import logging
-from typing import Any, NamedTuple, TypeVar
-
-from leo_msgs_py.errors import one_line, UserError
+from leo_diffmodel.fleet.workers import distributed, Workers
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
-Item = TypeVar('Item')
-Result = TypeVar('Result')
-CONNECT, FIRST_WORKER = 10.0, 60.0  # s
-GO_ON = 'what was done is kept, and the same command goes on'
-
-
-class Workers(NamedTuple):
-    """Who works.
-
-    Attributes:
-        jobs: processes of this machine.
-        scheduler: address of a Dask scheduler whose workers take their place, as tcp://HOST:PORT.
-    """
-
-    jobs: int = 1
-    scheduler: str | None = None
-
-    def each(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-        """The function of each item, as they come; begun in their order.
-
-        A Dask worker that is killed loses nothing: another one does what it had begun.
-
-        Args:
-            function: of one item; what it is and gives can be sent to another process.
-            items: its arguments.
-
-        Raises:
-            UserError: no such scheduler, no worker, or workers were lost; results that came
-                before were given.
-        """
-        if not items:
-            return iter(())
-        if self.scheduler is None:
-            return _by_processes(function, items, min(self.jobs, len(items)))
-        return _by_cluster(function, items, self.scheduler)
-
-
+__all__ = ['ONE', 'Workers', 'add_worker_arguments', 'chosen_workers']
 ONE = Workers()
 
 
@@ -70,94 +30,5 @@ def chosen_workers(options: Any, verb: str) -> Workers:
     if options.jobs < 1:
         raise UserError(f'{verb}: --jobs takes 1 or more, found {options.jobs}')
     if options.scheduler is not None:
-        _distributed()
+        distributed()
     return Workers(options.jobs, options.scheduler)
-
-
-def _by_processes(
-    function: Callable[[Item], Result], items: Sequence[Item], jobs: int
-) -> Iterator[Result]:
-    from joblib import delayed, Parallel, parallel_config
-    from joblib.externals.loky.process_executor import TerminatedWorkerError
-
-    with parallel_config('loky', n_jobs=jobs, inner_max_num_threads=1):
-        results = Parallel(return_as='generator_unordered')(delayed(function)(i) for i in items)
-        try:
-            yield from results
-        except TerminatedWorkerError as error:
-            raise UserError(f'a process was killed, for memory perhaps; {GO_ON}') from error
-
-
-def _by_cluster(
-    function: Callable[[Item], Result], items: Sequence[Item], address: str
-) -> Iterator[Result]:
-    """By futures of `distributed`; joblib's backend never ends where one of them is given up.
-
-    A worker that dies takes with it what it was to do next: what is lost is tried again alone.
-    """
-    given_up = 0
-    with _client(address) as client:
-        try:
-            for item in (yield from _tried(client, function, items)):
-                given_up += len((yield from _tried(client, function, [item])))
-        except (_distributed().client.FutureCancelledError, OSError) as error:
-            raise UserError(f'the scheduler at {address} has left; {GO_ON}') from error
-    if given_up:
-        raise UserError(
-            f'{given_up} of {len(items)} pieces of work were given up, as their '
-            f'workers died again and again, for memory perhaps; {GO_ON}'
-        )
-
-
-def _tried(
-    client: Any, function: Callable[[Item], Result], items: Sequence[Item]
-) -> Generator[Result, None, list[Item]]:
-    """The function of each item, as they come; those that were lost with their workers."""
-    distributed, lost = _distributed(), []
-    asked = dict(zip(client.map(function, items, pure=False), items, strict=True))
-    for future in distributed.as_completed(asked, loop=client.loop):
-        try:
-            yield future.result()
-        except distributed.scheduler.KilledWorker:
-            lost.append(asked[future])
-        future.release()
-    return lost
-
-
-@contextmanager
-def _client(address: str) -> Iterator[Any]:
-    """A client of a scheduler that has a worker; each works on one thing at a time."""
-    distributed = _distributed()
-    logging.getLogger('distributed.client').setLevel(logging.CRITICAL)  # we say it in one line
-    try:
-        client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise UserError(
-            f'--scheduler {address}: no Dask scheduler answers there '
-            f'({one_line(error)}); dask scheduler starts one'
-        ) from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=FIRST_WORKER)
-        except TimeoutError as error:
-            raise UserError(
-                f'--scheduler {address} has no worker; start some: '
-                f'dask worker {address} --nworkers 8 --nthreads 1'
-            ) from error
-        if max(client.nthreads().values()) > 1:
-            raise UserError(
-                f'--scheduler {address} has workers of several threads; start them '
-                'with --nthreads 1, and more of them'
-            )
-        yield client
-
-
-def _distributed() -> Any:
-    try:
-        import distributed
-    except ImportError as error:
-        raise UserError(
-            '--scheduler needs the package distributed: '
-            'pip install -r benchmarks/requirements-cluster.txt'
-        ) from error
-    return distributed

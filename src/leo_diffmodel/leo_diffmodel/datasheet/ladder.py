@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from leo_diffmodel.datasheet.settings import FRICTION, Rung, RUNGS
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.estimator import Estimate, Progress
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
@@ -86,7 +86,7 @@ def climb(
     while level := [r for r in RUNGS if r.on in at and r.name not in at and r.effect in pool]:
         points = [(at[r.on], pool[r.effect]) for r in level]
         work = partial(_above, fits, rich.fit)
-        found = helper.spread(work, points, lambda p: progress(p[1].label))
+        found = trials.spread(work, points, lambda p: progress(p[1].label))
         for rung, (below, candidate), fitted in zip(level, points, found, strict=True):
             own = below.fit.hypothesis.with_candidate(candidate)  # not another process' copy
             at[rung.name] = below._replace(fit=replace(fitted, hypothesis=own))

@@ -22,7 +22,7 @@ from leo_diffmodel.datasheet.settings import (
     THE_SAME,
     TIMES,
 )
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate, Progress
 from leo_diffmodel.explain.estimate.fit import fit
@@ -79,7 +79,6 @@ def measure(
         UserError: no such motor, a log with faults, or too little data or motion.
     """
     model = opened(with_known(model, recordings), joint)
-    helper.prepare(climb, not any(e.source for e in extra))
     data, notes = _usable(recordings, model)
     posed, reporter = _posed(data, model), Reporter.of(progress)
     fits = Smooth(posed, scales_of(model, posed.problem.windows))
@@ -90,10 +89,12 @@ def measure(
     ]
     rich = _rich(fits, pool, reporter)
     friction = {c.effect.name: c for c in pool if c.effect.name in FRICTION}
-    ladder = climb(fits, rich, friction, reporter)
-    _, best = ladder.chosen
-    rest = [c for c in pool if c.effect.name not in FRICTION and c not in best.names]
-    alone = ladder.alone(fits, rest, reporter)
+    after, own = posed.problem.numerics.starting, any(e.source for e in extra)
+    with trials.by_processes(climb, after, not own):
+        ladder = climb(fits, rich, friction, reporter)
+        _, best = ladder.chosen
+        rest = [c for c in pool if c.effect.name not in FRICTION and c not in best.names]
+        alone = ladder.alone(fits, rest, reporter)
     held = HeldOut.of(data, posed, best.fit, model)
     final = last_fit(posed.problem, best.fit)
     reporter('the last fit')

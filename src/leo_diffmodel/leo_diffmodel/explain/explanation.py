@@ -16,7 +16,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.explain.decide import decision, Rule
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
@@ -107,7 +107,6 @@ def explain(
     model = with_known(model, everything)
     origin = provenance(everything, model)
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
-    helper.prepare(search, not foreign)
     progress = Reporter.of(progress)
     progress('faults of the log', 0)
     log = Logged.of(recordings, hold_out, model, mend, not foreign)
@@ -115,11 +114,13 @@ def explain(
     as_given, until = keep or foreign, began + settings.numerics.fitted * within
     whole = _Whole(began, origin, settings, so_far)
     asked = Asked(model, settings, progress, extra, as_given, whole.hear)
-    found = best_reading(log, asked, until) if keep or not log.decided else None
-    if found is None or (found.log.in_the_way and not keep):
-        told, record = log.answer
-        return whole.of(Explanation('unknown', (told,), model, next_run=record), log)
-    return whole.of(_answered(found, step), found.log)
+    if log.decided and not keep:
+        return whole.of(_faulty(log, model), log)
+    with trials.by_processes(search, settings.numerics.starting, not foreign):
+        found = best_reading(log, asked, until)
+        if found.log.in_the_way and not keep:
+            return whole.of(_faulty(log, model), log)
+        return whole.of(_answered(found, step), found.log)
 
 
 @dataclass
@@ -162,6 +163,11 @@ def _so_far(reading: Reading, fitted: Fit, found: SoFar) -> Explanation:
     """The answer of the best fit so far."""
     answer = none_yet(_repaired(reading.asked.model, fitted))
     return replace(answer, used=reading.recordings, **found.rows)
+
+
+def _faulty(log: Logged, model: Model) -> Explanation:
+    told, record = log.answer
+    return Explanation('unknown', (told,), model, next_run=record)
 
 
 def _answered(reading: Reading, step: float | None) -> Explanation:

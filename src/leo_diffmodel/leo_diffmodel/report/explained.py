@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
+from pathlib import Path
 
 import numpy as np
 
@@ -32,11 +34,27 @@ from leo_diffmodel.report.sections import (
 )
 from leo_diffmodel.report.text import source
 from leo_diffmodel.report.worst import before_and_after, stretches
+from leo_msgs_py.ending import ending
+from leo_msgs_py.whole_file import json_text, write_together
 from leo_sim.model import Model
 
 MOST_WINDOWS = 100
 MOST_CURVES = 4
 Array = np.ndarray
+
+
+def write_explanation(
+    folder: Path,
+    result: Explanation,
+    recordings: Sequence[Recording],
+    watch: str,
+    until: float = math.inf,
+) -> None:
+    """Write explain.json and report.html, or neither; made by then [s of `time.monotonic`]."""
+    with ending(until):
+        page = explanation_page(result, recordings, watch)
+    answer = json_text(result.to_json())
+    write_together({folder / 'explain.json': answer, folder / 'report.html': page})
 
 
 def explanation_page(

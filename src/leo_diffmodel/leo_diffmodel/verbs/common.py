@@ -70,8 +70,21 @@ def add_search_arguments(arguments: Parser) -> None:
         default=math.inf,
         metavar='60s',
     )
+    arguments.add(
+        '--jobs',
+        'cores to use (all there are, or as LOKY_MAX_CPU_COUNT or OMP_NUM_THREADS say)',
+        type=jobs,
+        metavar='N',
+    )
     arguments.flag('--keep', 'use what looks moved from outside or badly logged')
     arguments.flag('--mend', 'undo what is surely wrong with the log, and go on')
+
+
+def jobs(text: str) -> int:
+    """A number of cores."""
+    if not (text.isdigit() and int(text)):
+        raise argparse.ArgumentTypeError(f'{text!r} is no number of cores; give 1 or more')
+    return int(text)
 
 
 def seconds(text: str) -> float:

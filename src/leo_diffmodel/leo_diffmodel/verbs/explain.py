@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-import json
 from pathlib import Path
 import sys
 import time
@@ -14,11 +13,11 @@ from typing import TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
-from leo_msgs_py.ending import Ended, ending
+from leo_msgs_py.ending import ending
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
-from leo_msgs_py.whole_file import json_text, write_together, write_whole
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.consent import effect_words, words
 
 if TYPE_CHECKING:
@@ -54,15 +53,15 @@ def main(argv: list[str]) -> int:
             'and --edit-test'
         )
     folder = common.fresh_folder(arguments.output)
+    if arguments.each:
+        return _each(arguments, folder)
     target = _fresh_effect(arguments.write_effect)
     model, best = common.named_model(arguments.model), Best(folder)
     try:
         with ending(arguments.until):
-            recordings, held = common.read_all(arguments, model, whole=arguments.each)
+            recordings, held = common.read_all(arguments, model)
             changed = common.read_bags(arguments.edit_test, model, arguments.topic_map)
             distinct([*recordings, *held, *changed])
-        if arguments.each:
-            return _each(arguments, model, recordings, folder)
         best.answer = _explained(arguments, model, recordings, best, held)
         best.answer = _edited(arguments, model, best.answer, changed)
         return _finished(arguments, best, [*recordings, *held], target)
@@ -74,6 +73,8 @@ def _finished(
     arguments: argparse.Namespace, best: Best, recordings: Sequence[Recording], target: Path | None
 ) -> int:
     """Print an answer and write it."""
+    from leo_diffmodel.report.explained import write_explanation
+
     assert best.answer
     folder, result = best.folder, best.answer
     result = replace(result, next_command=common.next_command(arguments, folder, result))
@@ -84,7 +85,8 @@ def _finished(
         best.answer = result
         best.tell(arguments)
     if folder:
-        _write(folder, result, recordings, arguments)
+        watch = common.watch(arguments)
+        write_explanation(folder, result, recordings, watch, arguments.until)
     if not arguments.json:
         if arguments.why:
             _show_rules(result.rules)
@@ -98,19 +100,31 @@ def _explained(
     model: Model,
     recordings: Sequence[Recording],
     best: Best,
-    held: Sequence[Recording] = (),
-    title: str = '',
-    share: float = 1.0,
+    held: Sequence[Recording],
 ) -> Explanation:
     from leo_diffmodel.explain.explanation import explain
+    from leo_sim.common.cores import using
 
-    own, within = common.own_effects(arguments), share * common.left(arguments)
+    own, within = common.own_effects(arguments), common.left(arguments)
     chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend, 'so_far': best}
-    with (
-        progress(f'explaining {title}'.strip(), within=within) as heard,
-        ending(time.monotonic() + within),
-    ):
+    shown, until = progress('explaining', within=within), time.monotonic() + within
+    with shown as heard, ending(until), using(arguments.jobs):
         return explain(recordings, model, held, own, heard, arguments.step, **chosen)
+
+
+def _each(arguments: argparse.Namespace, folder: Path | None) -> int:
+    """Every bag by itself; exit status 2 where one could not be explained."""
+    from leo_diffmodel.verbs.explain_each import explain_each
+
+    answers = explain_each(arguments, folder)
+    for answer in answers:
+        if arguments.why and not arguments.json:
+            _show_rules(answer.rules, f'rules of the answer to {answer.name}')
+        if answer.error:
+            print(f'leo: error: {answer.error}', file=sys.stderr)
+    if any(answer.error for answer in answers):
+        return 2
+    return 1 if any(a.told and a.told['verdict'] in common.NEGATIVE for a in answers) else 0
 
 
 def _edited(
@@ -130,82 +144,6 @@ def _edited(
     return replace(result, edit_test=found)
 
 
-def _each(
-    arguments: argparse.Namespace,
-    model: Model,
-    recordings: Sequence[Recording],
-    folder: Path | None,
-) -> int:
-    """Explain every bag by itself; a folder of each in DIR."""
-    from leo_diffmodel.bags.episode import by_rate
-
-    names = unique_names([r.path for r in recordings])
-    results: list[Explanation] = []
-    try:
-        for name, recording in zip(names, recordings, strict=True):
-            parts, share = by_rate([recording]), 1 / (len(names) - len(results))
-            best = Best(common.fresh_folder(str(folder / name)) if folder else None)
-            try:
-                best.answer = _explained(arguments, model, parts, best, (), name, share)
-                if best.folder:
-                    arguments.bags = [str(recording.path)]
-                    _write(best.folder, best.answer, parts, arguments)
-            except Ended as early:
-                status = best.ended(model, early)
-                if not early.in_time:
-                    return status
-            finally:
-                results += [best.answer] if best.answer else []
-    finally:
-        _show_each(dict(zip(names, results, strict=False)), arguments)
-    return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
-
-
-def _show_each(results: Mapping[str, Explanation], arguments: argparse.Namespace) -> None:
-    """Print the verdict on each bag, and the effects with their values; nothing of none."""
-    if results and arguments.json:
-        print(json.dumps({name: result.to_json() for name, result in results.items()}))
-    elif results:
-        table = Table('bag', 'verdict', 'effects', title='each bag by itself')
-        for bag, answer in results.items():
-            table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
-        Terminal().print(table)
-        if arguments.why:
-            for bag, answer in results.items():
-                _show_rules(answer.rules, f'rules of the answer to {bag}')
-
-
-def unique_names(paths: Sequence[Path]) -> list[str]:
-    """The last parts of the paths in which they differ, as names of folders."""
-    for count in range(1, max(len(p.resolve().parts) for p in paths) + 1):
-        names = ['_'.join(p.resolve().parts[-count:]).strip('/') for p in paths]
-        if len(set(names)) == len(names):
-            return names
-    return [f'{number}_{path.name}' for number, path in enumerate(paths, 1)]
-
-
-def _effect(row: dict) -> str:
-    values = (
-        f'{name} = {p["value"]:.3g} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}] {p["unit"]}'
-        for name, p in row['parameters'].items()
-    )
-    return f'{row["name"]}:{row["where"]} ({", ".join(v.rstrip() for v in values)})'
-
-
-def _write(
-    folder: Path,
-    result: Explanation,
-    recordings: Sequence[Recording],
-    arguments: argparse.Namespace,
-) -> None:
-    from leo_diffmodel.report.explained import explanation_page
-
-    with ending(arguments.until):
-        page = explanation_page(result, recordings, common.watch(arguments))
-    answer = json_text(result.to_json())
-    write_together({folder / 'explain.json': answer, folder / 'report.html': page})
-
-
 def _show_rules(rules: Sequence[Rule], title: str = 'rules of the answer') -> None:
     """Print each rule of an answer beside its number; nothing where nothing was searched."""
     if not rules:
@@ -221,7 +159,9 @@ def _parser() -> Parser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)
-    arguments.flag('--each', 'every bag by itself, answers side by side')
+    arguments.flag('--each', 'every bag by itself, as a fleet; goes on where it was ended')
+    workers = 'of --each: the workers of a Dask scheduler instead of processes'
+    arguments.add('--scheduler', workers, metavar='tcp://HOST:PORT')
     arguments.flag('--why', 'print the rules of the answer: which fired, with what number')
     edited = 'bags of the robot after what was named was taken out of it'
     arguments.add('--edit-test', edited, nargs='+', default=[], metavar='BAG')

@@ -38,6 +38,7 @@ def main(argv: list[str]) -> int:
     from leo_diffmodel.compare.comparison import compare
     from leo_diffmodel.explain.explanation import explain
     from leo_diffmodel.report.explained import explanation_page
+    from leo_sim.common.cores import using
     from leo_sim.model.model_file import model_text
 
     folder = common.fresh_folder(arguments.output)
@@ -48,7 +49,8 @@ def main(argv: list[str]) -> int:
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with progress('repairing', within=common.left(arguments)) as reporter:
+    shown = progress('repairing', within=common.left(arguments))
+    with shown as reporter, using(arguments.jobs):
         before = compare(recordings, model, arguments.step)
         chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
 

@@ -78,14 +78,14 @@ def _live(argv: list[str]) -> int:
     from leo_diffmodel.bags.topic_map import read_topic_map
     from leo_diffmodel.nodes.live_robot import live_robot
     from leo_diffmodel.watch.live.renewing import Source
-    from leo_sim.model.window_shares import alone
+    from leo_sim.common.cores import using
 
     arguments.ros_args = ros_args
     common.fresh_folder(arguments.output)
     model = common.named_model(arguments.model)
     own = tuple(common.own_effects(arguments))
     source = Source(model, read_topic_map(arguments.topic_map), own, arguments.step)
-    with alone(), live_robot(arguments.seconds, ros_args) as robot:
+    with using(1), live_robot(arguments.seconds, ros_args) as robot:
         scene = _first(robot, source, arguments.patience)
         if scene is not None:
             _serve(arguments, robot, source, scene)

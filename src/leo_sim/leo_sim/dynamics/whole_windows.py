@@ -18,6 +18,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.common.compiled import compiled_law
+from leo_sim.common.cores import at_once, parts
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import DRIVE, PROBE, rested
 from leo_sim.dynamics.window_input import (
@@ -38,6 +39,7 @@ from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
 
 MOST_BENT = 4  # laws that are asked in every substep; more are left to `substep.integrate`
+LEAST = 4000  # joints times intervals: less is not worth a thread
 LAW = numba.float64(*[numba.float64] * 7)
 
 
@@ -85,9 +87,13 @@ def run(
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
     others = _near(lead, gears.gap) if near else 0
-    kept = _kept(near, driving, lead[-1], size) if others else (np.empty((0, 0, 0)), 0)
+    windows = math.prod(lead) // (1 + others)
+    kept = _kept(near, driving, windows, size) if others else (np.empty((0, 0, 0)), 0)
     bodies = tree.tree, *tree.world, tree.each(lead), others
-    run_states(*bodies, *kept, driving, gears, *bent, *loops, angles, rates)
+    told = (*bodies, *kept, driving, gears, *bent, *loops, angles, rates)
+    run_states(*told, 0, 0)  # compiled by one thread: two at once compile it again
+    shares = parts(windows, math.prod(lead) * len(cut.parts) * size, LEAST)
+    at_once(lambda share: run_states(*told, share.start, share.stop), shares)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 

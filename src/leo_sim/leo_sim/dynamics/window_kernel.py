@@ -89,8 +89,10 @@ def run(
     looped: Looped,
     q: Array,
     dq: Array,
+    begin: int,
+    end: int,
 ) -> None:
-    """Fill angles and rates (K + 1, N, J) after the first sample.
+    """Fill angles and rates (K + 1, N, J) of windows from `begin` to `end` after the first sample.
 
     Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
     Of N = R x W states those W apart go together, R = 1 + `others`. Of the first ones what the
@@ -105,7 +107,7 @@ def run(
     tangents, numbers = slopes_for(links, size), np.zeros(rows, np.int64)
     world = World(tree, figures, gravity, numbers, windows)
     torques = Torques(driving, laws, bent, looped, behind)
-    for w in range(windows):
+    for w in range(begin, end):
         step = 0
         _begun(world, each, play, w, q, dq, work)
         for k in range(driving.parts.shape[0]):

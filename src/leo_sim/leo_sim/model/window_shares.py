@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows shared out over the cores of this process, where their physics is compiled."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-import itertools
+from collections.abc import Callable, Mapping, Sequence
 import math
-import os
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from leo_sim.common.cores import at_once, parts
+
 LEAST_INTERVALS = 200  # fewer than these in a share are not worth a thread
 
 T = TypeVar('T')
-_alone: list[bool] = []
 _loaded: list[bool] = []  # compiled code is loaded by one thread: two at once compile it again
 
 AXES = {1: ('start', 'held'), 2: ('q0', 'dq0', 'periods'), 3: ('inputs', 'enabled', 'push')}
@@ -44,33 +41,9 @@ def shares(work: Callable[[Batch], T], batch: Batch) -> list[T]:
     """The work on equal shares of the windows, one for each core, in order."""
     count, steps = batch.periods.shape
     lead = max(math.prod(batch.q0.shape[:-2]), math.prod(batch.inputs.shape[:-3]))
-    number = int(min(cores(), count, lead * count * steps // LEAST_INTERVALS))
-    if number < 2 or not _loaded:
-        _loaded.append(True)
-        return [work(batch)]
-    edges = np.linspace(0, count, number + 1).astype(int)
-    parts = [batch.part(slice(a, b)) for a, b in itertools.pairwise(edges)]
-    with ThreadPoolExecutor(number) as pool:
-        return list(pool.map(work, parts))
-
-
-@contextmanager
-def alone(wanted: bool = True) -> Iterator[None]:
-    """Rollouts keep to one core meanwhile: another process is at work on the others."""
-    _alone.append(wanted)
-    try:
-        yield
-    finally:
-        _alone.pop()
-
-
-def cores() -> int:
-    """How many cores this process may use; OMP_NUM_THREADS limits them."""
-    if any(_alone):
-        return 1
-    there = len(os.sched_getaffinity(0))
-    asked = os.environ.get('OMP_NUM_THREADS', '')
-    return min(there, int(asked)) if asked.isdigit() and int(asked) > 0 else there
+    cut = parts(count, lead * count * steps, LEAST_INTERVALS) if _loaded else [slice(count)]
+    _loaded.append(True)
+    return at_once(work, [batch.part(each) for each in cut])
 
 
 def _part(whole: Any, windows: slice, axes: Mapping[int, Sequence[str]]) -> Any:

@@ -11,6 +11,7 @@ from leo_diffmodel.compare.pushes import fast_enough, respond
 from leo_diffmodel.compare.torque import estimate, missing_torque
 from leo_diffmodel.compare.where import where
 from leo_diffmodel.compare.windows import cut
+from leo_sim.common.cores import using
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -41,11 +42,11 @@ def test_shares_of_windows_give_the_numbers_of_all_of_them(model, monkeypatch):
     bag = recorded(start='standing', seconds=0.6)
     windows = cut([bag], 0.03, stride=0.01)
     arguments = (windows.q[:, 0], windows.dq[:, 0], windows.inputs, windows.dt)
-    monkeypatch.setenv('OMP_NUM_THREADS', '1')
-    one = rollout(model, *arguments)
-    monkeypatch.setattr('leo_sim.model.window_shares.cores', lambda: 2)
     monkeypatch.setattr('leo_sim.model.window_shares.LEAST_INTERVALS', 1)
-    two = rollout(model, *arguments)
+    with using(1):
+        one = rollout(model, *arguments)
+    with using(2):
+        two = rollout(model, *arguments)
     assert np.array_equal(one[0], two[0]) and np.array_equal(one[1], two[1])
 
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate import ground_fit, helper
+from leo_diffmodel.explain.estimate import ground_fit, trials
 from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
     Estimator,
@@ -123,7 +123,7 @@ def _played(
 
 def _further(null: Fit, field: Field, left: int, behind: float) -> tuple[Field, bool]:
     """Those that go on after a step, best first, and whether some do only for what it gained."""
-    iterates = helper.spread(ground_fit.advanced, [at for _, at in field])
+    iterates = trials.spread(ground_fit.advanced, [at for _, at in field])
     after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, iterates, strict=True)]
     spread = min(dispersion(at.fit) for _, at in after)
     problem = after[0][1].posed.problem
@@ -162,7 +162,7 @@ def _gained(null: Fit, iterates: Sequence[Iterate]) -> float:
 def _each(
     function: Callable[[Posed, Fit], Iterate], posed: Posed, points: Sequence[Fit]
 ) -> list[Iterate]:
-    iterates = helper.spread(partial(function, posed), points)
+    iterates = trials.spread(partial(function, posed), points)
     return [_of(at, point) for at, point in zip(iterates, points, strict=True)]
 
 

@@ -12,7 +12,7 @@ import itertools
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.covariance import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan, Scanner, stretch_limits, stretched
@@ -51,7 +51,7 @@ class GroundScanner(Scanner):
         """Run what no earlier round has; gives those that are known, the others had no time."""
         new, bare = [c for c in candidates if c not in self._kept], copy(self)
         bare._kept = {}  # too much to be sent along
-        found = helper.spread_until(self._problem.until, bare._trace, new, done)
+        found = trials.spread_until(self._problem.until, bare._trace, new, done)
         self._kept |= {new[i]: trace for i, trace in found.items()}
         return [c for c in candidates if c in self._kept]
 

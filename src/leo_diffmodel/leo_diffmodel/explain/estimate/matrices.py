@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.estimator import Progress, SCAN
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan, Scanner
@@ -17,6 +18,8 @@ from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
+Tried = tuple[list[Term], list[Array], list[Scan]]
+"""Terms of a candidate, the best first, their columns (C, M), and its scan if it does a thing."""
 
 
 @dataclass(frozen=True)
@@ -106,12 +109,13 @@ def matrices(
     some = problem.some_trained(few)
     made = _Builder(problem.take(some), fitted.take(some), scales)
     progress('effects one by one', 0)
-    for candidate in pool:
-        if problem.late():
-            break
-        if candidate not in fitted.hypothesis.candidates or candidate.has_whole:
-            made.add(candidate)
-        progress(candidate.label, 1, SCAN)
+    held = fitted.hypothesis.candidates
+    able = [c for c in pool if c not in held or c.has_whole]
+    found = trials.spread_until(
+        problem.until, made.tried, able, lambda c: progress(c.label, 1, SCAN)
+    )
+    for number, shown in found.items():
+        made.add(able[number], shown)
     return made.made
 
 
@@ -156,21 +160,29 @@ class _Builder:
             self._rows.append(row)
         return Term(candidate, begin, tuple(columns), first)
 
-    def add(self, candidate: Candidate) -> None:
+    def tried(self, candidate: Candidate) -> Tried:
+        """What a candidate does, whatever the others do."""
         terms = list(terms_of(candidate, self._scanner))
         rows = self._rows_of(candidate, terms)
         gains = [self._gain(term, r) for term, r in zip(terms, rows, strict=True)]
         order = sorted(range(len(terms)), key=lambda n: -gains[n][0])
         shown = [n for n in order if (rows[n] ** 2).sum() > 1e-6]
-        for n in shown[: self._problem.numerics.pair_points]:
-            self._others.append(replace(terms[n], first=len(self._rows)))
-            self._rows += [*rows[n]]
+        few = shown[: self._problem.numerics.pair_points]
+        scans = []
         if shown:
             gain, best = gains[shown[0]]
             traces = [0.5 * float((self._beside(rows[n]) ** 2).sum(axis=-1).max()) for n in shown]
             values = self._fit.with_values(terms[shown[0]].values(best))
             first = self._fit.hypothesis.first_constant
-            self._scans.append(Scan(candidate, values, gain, max(traces), first))
+            scans = [Scan(candidate, values, gain, max(traces), first)]
+        return [terms[n] for n in few], [rows[n] for n in few], scans
+
+    def add(self, candidate: Candidate, tried: Tried) -> None:
+        terms, rows, scans = tried  # of another process' copy of the candidate
+        for term, own in zip(terms, rows, strict=True):
+            self._others.append(replace(term, candidate=candidate, first=len(self._rows)))
+            self._rows += [*own]
+        self._scans += [replace(scan, candidate=candidate) for scan in scans]
 
     def _rows_of(self, candidate: Candidate, terms: Sequence[Term]) -> list[Array]:
         points = [term.begin + c.direction for term in terms for c in term.columns]

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import price_of, rivals
 from leo_diffmodel.explain.estimate.estimator import (
@@ -133,7 +133,7 @@ def _fitted_all(
     least, gain = base.fit.lost(problem.train), dispersion(base.fit)
     fits: dict[int, Fit] = {}
     for first in range(0, len(points), each):
-        found = helper.spread_until(
+        found = trials.spread_until(
             problem.until,
             partial(_fitted, problem, base.fit, rival),
             points[first : first + each],

@@ -13,7 +13,7 @@ from functools import partial
 from itertools import islice
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.estimator import Estimate, FIT, Progress
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of
 from leo_diffmodel.explain.problem.problem import Problem
@@ -143,4 +143,4 @@ def _tried(
     leading = islice(first.values(), found.problem.numerics.laws_tried)
     worth = [c for c in leading if _shows(c, found)]
     try_one = partial(attempt, recordings, found.posed, base, left, found.weight)
-    return [a.on(base) for a in helper.spread(try_one, worth)]
+    return [a.on(base) for a in trials.spread(try_one, worth)]

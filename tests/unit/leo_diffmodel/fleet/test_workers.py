@@ -10,8 +10,9 @@ import time
 import pytest
 from tests.cluster import local_cluster
 
-from leo_lab import workers
-from leo_lab.workers import chosen_workers, Workers
+from leo_diffmodel.fleet import workers
+from leo_diffmodel.fleet.workers import Workers
+from leo_lab.workers import chosen_workers
 from leo_msgs_py.errors import UserError
 
 
@@ -70,7 +71,7 @@ def test_one_line_says_what_a_cluster_lacks(monkeypatch):
         next(Workers(1, 'tcp://127.0.0.1:1').each(slow, [1]))
     monkeypatch.setitem(sys.modules, 'distributed', None)
     options = argparse.Namespace(jobs=1, scheduler='tcp://127.0.0.1:1')
-    with pytest.raises(UserError, match=r'pip install -r benchmarks/requirements-cluster\.txt'):
+    with pytest.raises(UserError, match=r'pip install .leo_diffmodel\[cluster\]'):
         chosen_workers(options, 'leo blind')
     with pytest.raises(UserError, match='leo blind: --jobs takes 1 or more'):
         chosen_workers(argparse.Namespace(jobs=0, scheduler=None), 'leo blind')

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Many robots of one kind, each explained by itself: who does the work, and who differs."""

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of a fleet: figures as rows, robots as columns, as many as there is room for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from leo_diffmodel.fleet.outliers import Figure
+from leo_diffmodel.verbs.common import NEGATIVE
+from leo_msgs_py.console import figures, Table, Terminal
+
+LISTED = 6  # bags of an open answer that are named
+
+
+def show(answers: Mapping[str, dict], rows: Sequence[dict], folder: Path | None) -> None:
+    """Print the verdicts, the table, and a line for each value that stands out."""
+    console = Terminal()
+    for line in _verdicts(answers):
+        console.print(line, highlight=False)
+    if rows:
+        console.print(_fitting(console, rows))
+    for line in _outliers(rows):
+        console.print(line, highlight=False)
+    if folder:
+        console.print(f'wrote {folder}/fleet.json, and a folder for each bag', highlight=False)
+
+
+def _verdicts(answers: Mapping[str, dict]) -> Iterator[str]:
+    counts = Counter(answer['verdict'] for answer in answers.values())
+    yield f'{len(answers)} bags: ' + ', '.join(f'{n} {v}' for v, n in counts.most_common())
+    for verdict in sorted(NEGATIVE & {*counts}):
+        names = [name for name, answer in answers.items() if answer['verdict'] == verdict]
+        more = f' and {len(names) - LISTED} more' * (len(names) > LISTED)
+        yield f'{verdict}: {", ".join(names[:LISTED])}{more}'
+
+
+def _fitting(console: Terminal, rows: Sequence[dict]) -> Table:
+    """The table with as many robots as fit, those that stand out in most first."""
+    wide = console.options.update(width=10 * console.width)
+    far = Counter(name for row in rows for name in row['stand_out'])
+    names = sorted({name: None for row in rows for name in row['robots']}, key=lambda n: -far[n])
+    for count in range(len(names), -1, -1):
+        table = _table(rows, names[:count], len(names) - count)
+        if console.measure(table, options=wide).maximum <= console.width:
+            break
+    return table
+
+
+def _table(rows: Sequence[dict], names: Sequence[str], left_out: int) -> Table:
+    title = f'the fleet; * stands out{f"; {left_out} robots left out" * bool(left_out)}'
+    table = Table('what', *figures('median', *names), title=title)
+    for row in rows:
+        unit = f'{row["parameter"]} [{row["unit"]}]'.strip().replace(' []', '')
+        cells = (_cell(row, name) for name in names)
+        table.add_row(f'{row["what"]}\n{unit}', f'{row["median"]:.4g}', *cells)
+    return table
+
+
+def _cell(row: dict, name: str) -> str:
+    """A value above its interval; one that is not there is left out."""
+    robot = row['robots'].get(name)
+    if robot is None:
+        return ''
+    star = '* ' * (name in row['stand_out'])
+    return f'{star}{robot["value"]:.4g}\n{_interval(robot)}'
+
+
+def _interval(robot: dict[str, Any]) -> str:
+    return '[{:.4g}, {:.4g}]'.format(*robot['ci95']) if robot['ci95'] else 'not named'
+
+
+def _outliers(rows: Sequence[dict]) -> Iterator[str]:
+    for row in rows:
+        figure = Figure(row['what'], row['parameter'])
+        for name in row['stand_out']:
+            robot, median = row['robots'][name], f'{row["median"]:.4g} {row["unit"]}'.strip()
+            yield (
+                f'{name} stands out: {figure} {robot["value"]:.4g} {_interval(robot)}, '
+                f'the median of {len(row["robots"])} is {median}'
+            )
