@@ -15,14 +15,21 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
-_CONTROL_MSGS = {
+FOLLOWED = 'leo_msgs/msg/Followed'
+"""How control_msgs/JointTrajectoryControllerState begins, in every version: its third field
+is the set point, `desired` up to Galactic and `reference` from Humble on; what follows differs."""
+_ADDED = {
     'control_msgs/msg/InterfaceValue': 'string[] interface_names\nfloat64[] values\n',
     'control_msgs/msg/DynamicJointState': (
         'std_msgs/Header header\nstring[] joint_names\n'
         'control_msgs/InterfaceValue[] interface_values\n'
     ),
+    FOLLOWED: (
+        'std_msgs/Header header\nstring[] joint_names\n'
+        'trajectory_msgs/JointTrajectoryPoint reference\n'
+    ),
 }
-"""What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
+"""What `rosbags` lacks: of ros-controls/control_msgs (jazzy), comments dropped, and `FOLLOWED`."""
 _HEADER_STRINGS = 12  # where frame_id is: behind 4 bytes of encapsulation and the stamp
 SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)
 
@@ -31,7 +38,7 @@ SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a me
 def typestore() -> Typestore:
     """All message types known here, codec included (shared, do not change)."""
     store = get_typestore(Stores.ROS2_JAZZY)
-    for name, text in _CONTROL_MSGS.items():
+    for name, text in _ADDED.items():
         store.register(get_types_from_msg(text, name))
     return store
 

@@ -12,16 +12,14 @@ from its neighbours.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cache
 from itertools import pairwise, zip_longest
 import struct
 from typing import Any, NamedTuple
 
 import numpy as np
 from rosbags.serde import SerdeError
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
-from rosbags.typesys.store import Typestore
 
+from leo_msgs_py.cdr import FOLLOWED, typestore
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import nanoseconds
 
@@ -29,14 +27,6 @@ from .contents import TopicLog
 from .states import deserialize, stamp_of, StateLog
 from .topic_map import RobotBag, Role
 from .types import Floats, Stamps, TRAJECTORY, TYPES
-
-_FOLLOWS = 'leo_msgs/msg/Followed'
-_FOLLOWED = (
-    'std_msgs/Header header\nstring[] joint_names\n'
-    'trajectory_msgs/JointTrajectoryPoint reference\n'
-)
-"""How control_msgs/JointTrajectoryControllerState begins, in every version: its third field
-is the set point, `desired` up to Galactic and `reference` from Humble on; what follows differs."""
 
 
 class Asked(NamedTuple):
@@ -82,28 +72,21 @@ def _trajectories(topic: TopicLog) -> Iterator[Asked]:
 
 
 def _set_points(topic: TopicLog) -> Iterator[Asked]:
-    for logged, message in deserialize(topic, _FOLLOWS, _begin_of):
+    for logged, message in deserialize(topic, FOLLOWED, _begin_of):
         names, goal = tuple(message.joint_names), message.reference.positions
         if names and len(goal) == len(names) and np.isfinite(goal).all():
             now = np.zeros(1, dtype=np.int64)
             yield Asked(logged.log_ns, stamp_of(message), names, now, np.array([goal]))
 
 
-@cache
-def _store() -> Typestore:
-    store = get_typestore(Stores.ROS2_JAZZY)
-    store.register(get_types_from_msg(_FOLLOWED, _FOLLOWS))
-    return store
-
-
 def _begin_of(data: bytes, type_name: str) -> Any:
     """The begin of a controller's state, up to its set point."""
-    kind = _store().get_msgdef(type_name)
+    kind = typestore().get_msgdef(type_name)
     if len(data) < 4 or data[:2] not in (b'\x00\x00', b'\x00\x01'):
         raise SerdeError('no CDR')
     read = kind.deserialize_cdr_le if data[1] else kind.deserialize_cdr_be
     try:
-        return read(memoryview(data)[4:], 0, kind.cls, _store())[0]
+        return read(memoryview(data)[4:], 0, kind.cls, typestore())[0]
     except (struct.error, UnicodeDecodeError, ValueError) as error:
         raise SerdeError(str(error)) from None
 
@@ -156,8 +139,7 @@ def read_goals(
         states and where they turn, each held to the next, in the bag's signs and zeros [rad, m],
         shape (N, A).
 
-    Raises:
-        UserError: a joint has no goal, or two topics' trajectories.
+    UserError: a joint has no goal, or two topics' trajectories.
     """
     found = {topic.name: said for topic in goal_topics(bag, role) if (said := _asked(topic))}
     named = {name for said in found.values() for a in said for name in a.names}

@@ -43,7 +43,6 @@ class Spool:
 
     def flush(self) -> None:
         """Hand all to the operating system; what it does not take now (OSError) waits."""
-        """Hand everything to the operating system; what it does not take now (OSError) waits."""
         while self._waiting:
             del self._waiting[: os.write(self._file.fileno(), self._waiting)]
 

@@ -143,7 +143,6 @@ def main(argv: list[str]) -> int:
     add_effect_argument(parser)
     parser.add_argument('--start', nargs='*', type=Path, default=[], help='weights, newest first')
     parser.add_argument('--version', type=int, default=1, help='that the weights have at least')
-    parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
     parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
     options = parser.parse_args(argv)
     try:
@@ -168,7 +167,7 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     recordings = _readable(options.bags, model.robot)
     if options.repair:
         model, base = repaired(recordings, model, options.output.with_suffix('.yaml'))
-    steps = transitions(recordings, model, options.limit)
+    steps = transitions(recordings, model)
     _, start = first_whole(options.start, partial(print, file=sys.stderr)) or (b'', None)
     config = CONFIGS[options.config]
     fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Printer())

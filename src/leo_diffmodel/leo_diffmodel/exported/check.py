@@ -49,8 +49,7 @@ def check(
         floor its error in each state (`errors`) and over the states of each unit (`by_unit`), None
         for one without end.
 
-    Raises:
-        UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
+    UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
     """
     played: Played | None = None if mjcf is None else _played(mjcf, model.robot)
     model = with_known(model, recordings)

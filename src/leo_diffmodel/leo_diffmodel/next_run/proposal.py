@@ -92,8 +92,7 @@ def propose(
 ) -> Proposal:
     """Choose the next run, of `seconds`, for an explain.json of the same bags and model.
 
-    Raises:
-        UserError: the bags are too short to plan from.
+    UserError: the bags are too short to plan from.
     """
     model = with_known(model, recordings)
     try:

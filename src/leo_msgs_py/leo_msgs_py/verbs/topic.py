@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from typing import Any
@@ -103,8 +102,7 @@ def _echo(argv: list[str]) -> int:
             # Not in the callback: rclpy logs what that raises, a closed pipe too.
             for message in received[:1] if options.once else received:
                 data = to_plain(message)
-                text = json.dumps(data) if options.json else f'{common.as_yaml(data)}---'
-                print(text, flush=True)
+                common.show(options, data, [f'{common.as_yaml(data)}---'])
     return 0
 
 
@@ -119,7 +117,7 @@ def _hz(argv: list[str]) -> int:
             stamps.clear()
             spin_until(lambda: False, 1.0)
             if len(stamps) > 1:
-                _print_rate(np.diff(stamps), options.json)
+                common.show(options, *_rate(np.diff(stamps)))
             elif running():
                 print('no new messages', file=sys.stderr, flush=True)
             if options.once and len(stamps) > 1:
@@ -199,19 +197,10 @@ def _matching(node: Any, topic: str) -> Any:
     )
 
 
-def _print_rate(gaps: np.ndarray, as_json: bool) -> None:
-    figures = {
-        'rate': 1 / gaps.mean(),
-        'min': gaps.min(),
-        'max': gaps.max(),
-        'std_dev': gaps.std(),
-        'window': gaps.size + 1,
-    }
-    if as_json:
-        text = json.dumps({name: float(value) for name, value in figures.items()})
-    else:
-        text = (
-            'average rate: {rate:.3f} Hz\n\tmin: {min:.4f} s max: {max:.4f} s '
-            'std dev: {std_dev:.5f} s window: {window}'
-        ).format(**figures)
-    print(text, flush=True)
+def _rate(gaps: np.ndarray) -> tuple[dict[str, float], list[str]]:
+    """The rate of messages and the gaps [s] between them, and both in words."""
+    low, high, spread, count = map(float, (gaps.min(), gaps.max(), gaps.std(), gaps.size + 1))
+    rate = 1 / float(gaps.mean())
+    data = {'rate': rate, 'min': low, 'max': high, 'std_dev': spread, 'window': count}
+    gap = f'min: {low:.4f} s max: {high:.4f} s std dev: {spread:.5f} s window: {count:.0f}'
+    return data, [f'average rate: {rate:.3f} Hz', f'\t{gap}']

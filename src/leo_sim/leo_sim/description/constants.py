@@ -154,14 +154,10 @@ def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
 def outside(figure: str, unit: str, *values: float) -> str:
     """Which of some values is not in the range of a figure, and that range; '' where all are."""
     low, high = RANGES[figure, unit]
-    return next(
-        (
-            f'{value:g} {unit} is not within {low:g} to {high:g} {unit}'.replace('  ', ' ')
-            for value in values
-            if not low <= value <= high
-        ),
-        '',
-    )
+    for value in values:
+        if not low <= value <= high:
+            return f'{value:g} {unit} is not within {low:g} to {high:g} {unit}'.replace('  ', ' ')
+    return ''
 
 
 def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:

@@ -3,15 +3,15 @@
 
 from collections.abc import Iterable, Sequence, Set
 from pathlib import Path
+from typing import get_args
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Quantity, Schema
 from leo_sim.description.constants import BUS_UNITS, checked, SERVO_UNITS
-from leo_sim.description.robot_file import BusFile, RobotFile
+from leo_sim.description.robot_file import BusFile, OfStep, RobotFile
 from leo_sim.description.urdf import Joint, Link
 
-OF_JOINTS = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input')
 OF_FEET = ('ankle_forward', 'height_over_feet')
 PLANAR = ('prismatic', 'prismatic', 'turning')
 
@@ -109,7 +109,7 @@ def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
 
 def _check_task(path: Path, file: RobotFile) -> None:
     for term in file.reward:
-        if term.quantity in OF_JOINTS and term.joint is None:
+        if term.quantity not in get_args(OfStep) and term.joint is None:
             raise UserError(f'{path}: reward: {term.quantity} needs a joint')
         if term.quantity == 'motor_power' and file.input != 'voltage':
             raise UserError(f'{path}: reward: motor_power needs input: voltage')

@@ -3,18 +3,17 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, get_args, NamedTuple
 
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import Robot
-from leo_sim.description.robot_check import OF_JOINTS
-from leo_sim.description.robot_file import RewardFile
+from leo_sim.description.robot_file import OfJoint, OfStep, RewardFile
 from leo_sim.kinematics.gait import Gait
 from leo_sim.model.state import State
 
-QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')  # quantities of one joint
+QUANTITIES = get_args(OfJoint)
 
 
 class _Step(NamedTuple):
@@ -91,7 +90,7 @@ class Task:
         return Gait(self.robot)
 
     def _error(self, term: RewardFile, step: _Step) -> Any:
-        if term.quantity not in OF_JOINTS:
+        if term.quantity in get_args(OfStep):
             return self._whole(term.quantity, step) - term.target
         if term.quantity == 'input':
             motors = [a.joint == term.joint for a in self.robot.actuators]

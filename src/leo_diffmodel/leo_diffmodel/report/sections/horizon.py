@@ -67,12 +67,6 @@ def plain(data: Mapping[str, Any]) -> Section:
     return _section(data['states'], data['horizon'], series, floor, PLAIN)
 
 
-def _floor_too_high(series: Series, floor: list[list[float]]) -> bool:
-    """Whether a model scores clearly better than a perfect one should be able to."""
-    comparable = [errors for errors, stroke in series.values() if stroke.dash != DOTTED]
-    return bool((np.min(comparable, axis=0) < BELOW_FLOOR * np.array(floor)).any())
-
-
 def _section(
     states: Sequence[Row],
     rows: Sequence[Row],
@@ -93,10 +87,12 @@ def _section(
         low, high = np.nanmin([*curves.values()]), np.nanmax([*curves.values()])
         frame(plot, f'{state["name"]} [{state["unit"]}]', 0.6 * low, 1.6 * high)
         figures.append(plot)
+    comparable = [errors for errors, stroke in series.values() if stroke.dash != DOTTED]
+    below = (np.min(comparable, axis=0) < BELOW_FLOOR * np.array(floor)).any()
     values = {
         'legend': [*strokes.items(), ('noise floor', palette.FLOOR)],
         'note': NOTE.format(note),
-        'floor_too_high': sure and _floor_too_high(series, floor),
+        'floor_too_high': sure and bool(below),
         'left_out': len(states) - len(figures),
     }
     return Section('horizon.html', values, tuple(figures))
