@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages as CDR bytes without ROS, as bags hold them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache

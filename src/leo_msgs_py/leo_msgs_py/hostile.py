@@ -4,8 +4,6 @@
 Messages that cannot be deserialized never get here: the middleware drops them.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable
 from functools import partial

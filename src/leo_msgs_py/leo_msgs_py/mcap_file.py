@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One MCAP file as a stream of records, around what is damaged, up to its end or a cut."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator
 import hashlib
 from io import BytesIO

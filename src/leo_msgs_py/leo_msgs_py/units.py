@@ -5,8 +5,6 @@ A unit is a product of symbols, each with an optional power, and at most one sla
 'N m s2/rad2', '1'. Angles count as numbers, so that V s/rad equals N m/A.
 """
 
-from __future__ import annotations
-
 import difflib
 from functools import cache
 import math

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Add effects to a model: from explain.json, or from words on the command line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import datetime

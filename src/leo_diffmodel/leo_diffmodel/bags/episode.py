@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording: episodes of states and inputs, what is known of it; its parts by time and rate."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import itertools

@@ -9,8 +9,6 @@ velocities the controller draws a spline; straight lines are off from it by less
 from its neighbours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, zip_longest
 import struct

@@ -5,8 +5,6 @@ What is a hundred times beyond what the robot can do, and as far beyond what its
 says, is left out. A whole channel in another unit stays, for `leo check` to say so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What drove the robot, from the best source a bag has."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a user should know about a bag that was read, one line each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo bag play`: a bag back into the graph, with its types, QoS, stamps and timing."""
 
-from __future__ import annotations
-
 from operator import itemgetter
 from pathlib import Path
 import time

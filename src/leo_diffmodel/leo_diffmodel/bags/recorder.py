@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recording serialized messages into one bag after another; knows no node."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial

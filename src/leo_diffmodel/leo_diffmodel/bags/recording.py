@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bag as compare, explain and the difference model want it: episodes of states and inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A file that is written whole: what a full disk does not take waits in memory."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import fcntl

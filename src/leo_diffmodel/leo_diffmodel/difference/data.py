@@ -40,8 +40,10 @@ class Transitions:
         return replace(self, **arrays)
 
 
-def transitions(recordings: Iterable[Recording], model: Model) -> Transitions:
-    """The control steps of some recordings, with the model's answer.
+def transitions(
+    recordings: Iterable[Recording], model: Model, limit: int | None = None
+) -> Transitions:
+    """The control steps of some recordings, the first `limit` of them, with the model's answer.
 
     UserError: not one step in which the motors were on and the input was held, or recordings of
     several control periods.
@@ -55,7 +57,7 @@ def transitions(recordings: Iterable[Recording], model: Model) -> Transitions:
             f'{names}: no control step with a held input; record the robot while it is driven'
         )
     period = _period([r for r, found in steps if found])
-    columns = zip(*rows, strict=True)
+    columns = zip(*rows[:limit], strict=True)
     q, dq, inputs, q_next, dq_next = (np.array(column) for column in columns)
     return predicted(Transitions(q, dq, inputs, q_next, dq_next, q_next, dq_next, period), model)
 

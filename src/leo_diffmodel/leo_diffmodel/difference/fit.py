@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit the difference model to transitions: as the thesis does, or as measured to be better."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import dataclass, replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fitted difference model: what it adds to a model's step, how sure it is, and its file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 import hashlib

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the data of an ensemble end, and how far its corrections are to be believed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

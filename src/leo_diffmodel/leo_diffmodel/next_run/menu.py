@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The menu of runs to choose from: each shows some effects well, all stay within safe levels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choose a run from the menu: the one that says most about what is open."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

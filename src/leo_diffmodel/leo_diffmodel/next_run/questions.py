@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an explanation left open, as hypotheses fitted to the same bags."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import itertools

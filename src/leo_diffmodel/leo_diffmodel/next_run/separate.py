@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """By how many nats a run would part two hypotheses (docs/reference/identification.md 1.5)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

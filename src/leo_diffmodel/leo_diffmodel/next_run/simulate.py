@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs as a model predicts them, without noise."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a bag should say about its robot, asked from the robot node's parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

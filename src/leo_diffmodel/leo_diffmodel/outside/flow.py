@@ -6,8 +6,6 @@ same bell is the mean acceleration exactly, whatever the input did meanwhile, so
 input leave nothing over.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

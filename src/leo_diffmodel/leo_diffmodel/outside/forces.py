@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forces from outside: shoves and collisions, blocked joints, hands that hold the robot."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

@@ -5,8 +5,6 @@ Each may be only as large as it is on real robots: friction takes energy and nev
 gravity is not half of what it was, a motor is not dead. What a hand does cannot be explained so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What in a recording is not the robot: shoves, hands, stops, frozen sensors, gaps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `leo compare`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from leo_diffmodel.bags.recording import Recording

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """report.html: one file that needs no network, assembled from sections."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache

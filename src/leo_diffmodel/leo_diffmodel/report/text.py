@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers, units, labels and names of bags as in print."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import math
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo completion`: a script with which bash or zsh completes verbs, options, robots and files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import redirect_stdout, suppress
 from importlib.metadata import entry_points

@@ -5,8 +5,6 @@ The size is the rms change of the noise-free open loop over half a second, in no
 floors, log-uniform between 60 and 200: a bob of 55 g that lacks 15 to 90 g, say.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import math
 from typing import Any, Protocol

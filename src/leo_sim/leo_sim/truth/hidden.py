@@ -5,8 +5,6 @@ Imported by the simulated driver alone. The truth leaves this module in one way 
 `leo reveal FILE`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ A seal is no encryption. The first line says what the file is and how to open it
 the SHA-256 of the text, the rest is the text compressed in base64.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 from pathlib import Path

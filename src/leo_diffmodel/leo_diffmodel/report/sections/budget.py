@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the error goes: to each effect, to noise, and to what nobody explains."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

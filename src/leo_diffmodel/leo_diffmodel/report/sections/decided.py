@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What decided, how surely, and on what: gates, stability, the edit test, what was left out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import math
 from typing import Any

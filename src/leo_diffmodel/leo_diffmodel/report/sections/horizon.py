@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error against prediction horizon, state by state, over the floor of noise."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every hypothesis that was tried, with its evidence and its status in words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque the model lacks against speed, angle and input, and what candidates make of it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

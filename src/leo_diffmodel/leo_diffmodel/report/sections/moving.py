@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The worst predicted window as moving stick figures: the robot, the model before and after."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

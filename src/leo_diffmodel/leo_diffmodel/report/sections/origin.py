@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the result was made from, so that it can be made again."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

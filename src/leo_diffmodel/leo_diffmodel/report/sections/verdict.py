@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The answer in one sentence, each effect in plain words, and what to record next."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

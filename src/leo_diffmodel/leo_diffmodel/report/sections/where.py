@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the model fails: a heat map of joints and conditions, and the worst windows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Facts of servos: the registers they share, and the units of each model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
