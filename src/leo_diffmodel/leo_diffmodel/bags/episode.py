@@ -112,6 +112,9 @@ class Recording:
         return str(self.metadata.get('held', '')).lower() == 'true'
 
 
+Recordings = Sequence[Recording]
+
+
 def sample_period(recordings: Iterable[Recording]) -> float:
     """Median time from state to state over all recordings [s]; NaN where there are none."""
     steps = [r.steps for r in recordings if r.episodes]

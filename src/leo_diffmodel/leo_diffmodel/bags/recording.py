@@ -14,6 +14,7 @@ from leo_sim.description.robot import load_robot, Robot
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
+from .episode import Recordings as Recordings
 from .held import average, Held, held_inputs
 from .impossible import without_impossible
 from .inputs import InputLog, on_the_angles_turn, read_inputs

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
-from leo_diffmodel.difference.data import LATE, layout_of, Transitions
+from leo_diffmodel.difference.data import Array, LATE, layout_of, Transitions
 from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.training import OnEpoch, Targets, targets, train
@@ -105,7 +105,7 @@ def one_step_mse(
     return float(np.mean((real - ideal) ** 2)), float(np.mean((real - corrected) ** 2))
 
 
-def calibration(difference: DifferenceModel, data: Targets) -> np.ndarray:
+def calibration(difference: DifferenceModel, data: Targets) -> Array:
     """Rms of error over predicted error of every output, (C,), on data of no fit; 1 is right."""
     assert difference.trust is not None
     error, spread = _errors(difference.network, data)
@@ -131,7 +131,7 @@ def _trust(network: Network, fitted: Targets, watched: Targets) -> Trust:
     return calibrated(*_errors(network, watched), bound, usual)
 
 
-def _errors(network: Network, data: Targets) -> tuple[np.ndarray, np.ndarray]:
+def _errors(network: Network, data: Targets) -> tuple[Array, Array]:
     """Error of the members' mean and spread of the members, both (N, C)."""
     with torch.no_grad():
         each = network.members(data.x)

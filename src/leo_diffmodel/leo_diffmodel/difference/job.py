@@ -21,7 +21,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
-    from leo_diffmodel.bags.recording import Recording
+    from leo_diffmodel.bags.recording import Recording, Recordings
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
@@ -210,7 +210,7 @@ class _Printer:
             print(json.dumps({'epoch': done, 'epochs': total, 'loss': loss}), flush=True)
 
 
-def repaired(recordings: Sequence[Recording], model: Model, path: Path) -> tuple[Model, str]:
+def repaired(recordings: Recordings, model: Model, path: Path) -> tuple[Model, str]:
     """The model with the effects that explain the recordings, written to `path`, and its text.
 
     The text names a robot folder in full, since it is read elsewhere too.

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from leo_diffmodel.compare.sizes import stall_torque
-from leo_diffmodel.difference.data import layout_of, Transitions
+from leo_diffmodel.difference.data import Array, layout_of, Transitions
 from leo_diffmodel.difference.network import Config, Network, spread_of
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -162,7 +162,7 @@ def targets(steps: Transitions, model: Model, form: str) -> Targets:
     return Targets(_float(x), _float(weight * y), _float(weight[..., None] * effect))
 
 
-def torque_effect(steps: Transitions, model: Model) -> np.ndarray:
+def torque_effect(steps: Transitions, model: Model) -> Array:
     """Derivative of the next state vector by torques held over the step, (N, states, A)."""
     robot = model.robot
     if 'training' in robot.schemes:
@@ -175,5 +175,5 @@ def torque_effect(steps: Transitions, model: Model) -> np.ndarray:
     return np.moveaxis((state[1:] - state[0]) / size[:, None, None], 0, -1)
 
 
-def _float(array: np.ndarray) -> Tensor:
+def _float(array: Array) -> Tensor:
     return torch.from_numpy(array.astype(np.float32))

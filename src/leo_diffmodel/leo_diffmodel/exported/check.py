@@ -7,13 +7,13 @@ less what the format does not hold; and where MuJoCo reads the format, MuJoCo wi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 import math
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.headline import Figures, Headline, headline
 from leo_diffmodel.compare.known import with_known
@@ -33,7 +33,7 @@ Array = np.ndarray
 
 
 def check(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     reduced: Model,
     mjcf: str | None = None,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.episode import sample_period
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.pairs import nowhere
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import with_known
@@ -81,7 +81,7 @@ class Proposal:
 
 
 def propose(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     answer: dict[str, Any],
     extra: Sequence[Effect] = (),

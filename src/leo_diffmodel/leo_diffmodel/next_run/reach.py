@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Episode, Recording, Recordings
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.description.robot import Robot
@@ -101,7 +100,7 @@ def rest_goals(robot: Robot, pose: str = 'nominal') -> Array:
     return np.clip(at, *robot.bounds)
 
 
-def seen(recordings: Sequence[Recording], period: float) -> Seen:
+def seen(recordings: Recordings, period: float) -> Seen:
     """The ranges of the bags; a servo that is free counts as one whose goal is where it is."""
     episodes = [e for r in recordings for e in r.episodes]
     inputs = [_inputs(r, e) for r in recordings for e in r.episodes]

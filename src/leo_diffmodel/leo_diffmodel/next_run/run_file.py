@@ -23,6 +23,7 @@ import csv
 from dataclasses import dataclass, replace
 import math
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -215,15 +216,11 @@ class Run:
     start: str = ''  # pose of the robot that it begins in; '' takes the one the robot starts in
     around: Array | float = 0.0
     """Inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently."""
+    times: ClassVar = 1.0  # how many times as long it is as what is simulated of it
 
     def milder(self, shares: Array) -> Run:
         """The run with a share of its size on each actuator, shape (A,)."""
         return replace(self, inputs=self.around + shares * (self.inputs - self.around))
-
-    @property
-    def times(self) -> float:
-        """How many times as long it is as what is simulated of it."""
-        return 1.0
 
     @property
     def count(self) -> int:

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `leo explain`."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
 from leo_diffmodel.compare.headline import Headline
 from leo_diffmodel.compare.pushes import predict
@@ -37,9 +35,7 @@ MOST_CURVES = 4
 Array = np.ndarray
 
 
-def explanation_page(
-    explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
-) -> str:
+def explanation_page(explanation: Explanation, recordings: Recordings, watch: str = '') -> str:
     """The report of `leo explain`; without a search (untestable, moved) it has no figures.
 
     The recordings include held-out bags; `watch` opens the live page on the same data.
@@ -89,7 +85,7 @@ def _evidence(explanation: Explanation) -> list[Section]:
 
 
 def _training_errors(
-    recordings: Sequence[Recording], found: Search, seconds: float, step: float
+    recordings: Recordings, found: Search, seconds: float, step: float
 ) -> list[dict]:
     """Rows {steps, before, after} of rms errors on training data up to a horizon [s].
 
@@ -114,9 +110,7 @@ def _training_errors(
     ]
 
 
-def trace(
-    recordings: Sequence[Recording], found: Search
-) -> tuple[Model, MissingTorque, dict[str, Array]]:
+def trace(recordings: Recordings, found: Search) -> tuple[Model, MissingTorque, dict[str, Array]]:
     """The torque that the model lacks, and how each leading hypothesis says it should look.
 
     A hypothesis' curve is the same estimator applied to the same windows, with the measured

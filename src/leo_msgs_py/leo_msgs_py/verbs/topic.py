@@ -12,25 +12,16 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.interfaces import fill, load, to_plain
 from leo_msgs_py.verbs import common
 
-_LIST_EXAMPLES = '  leo topic list -t\n  leo topic list --json\n'
-_INFO_EXAMPLES = '  leo topic info /joint_states -v\n'
-_EXAMPLES = (
-    _LIST_EXAMPLES
-    + _INFO_EXAMPLES
-    + '  leo topic echo /joint_states --once\n  leo topic hz /joint_states\n'
-    + '  leo topic pub --once /voltage_controller/commands std_msgs/msg/Float64MultiArray'
-    + " '{data: [1.5]}'\n"
-)
-_STREAM_EXAMPLES = {
-    'leo topic echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
+_EXAMPLES = {
+    'list': '  leo topic list -t\n  leo topic list --json\n',
+    'info': '  leo topic info /joint_states -v\n',
+    'echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
     '  leo topic echo /joint_states --json | head -5\n',
-    'leo topic hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
-}
-_PUB_EXAMPLES = (
-    '  leo topic pub -r 20 /voltage_controller/commands std_msgs/msg/Float64MultiArray'
+    'hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
+    'pub': '  leo topic pub -r 20 /voltage_controller/commands std_msgs/msg/Float64MultiArray'
     " '{data: [1.5]}'\n"
-    "  leo topic pub --once /chatter std_msgs/msg/String '{data: hello}'\n"
-)
+    "  leo topic pub --once /chatter std_msgs/msg/String '{data: hello}'\n",
+}
 _DEPTH = 100
 _MATCH_S = 3.0
 _LINGER_S = 0.3
@@ -39,18 +30,18 @@ _LINGER_S = 0.3
 def main(argv: list[str]) -> int:
     verbs = {'list': _list, 'info': _info, 'echo': _echo, 'hz': _hz, 'pub': _pub}
     description = 'List, look at and publish topics.'
-    return common.dispatch('leo topic', description, verbs, argv, _EXAMPLES)
+    return common.dispatch('leo topic', description, verbs, argv, ''.join(_EXAMPLES.values()))
 
 
 def _list(argv: list[str]) -> int:
     def found(node: Any) -> common.Pairs:
         return list(node.get_topic_names_and_types())
 
-    return common.list_typed(argv, 'topic', _LIST_EXAMPLES, found, 'List the topics.')
+    return common.list_typed(argv, 'topic', _EXAMPLES['list'], found, 'List the topics.')
 
 
 def _info(argv: list[str]) -> int:
-    parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _INFO_EXAMPLES)
+    parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _EXAMPLES['info'])
     parser.add_argument('topic')
     parser.flag('-v --verbose', 'each endpoint and its QoS')
     parser.add_json()
@@ -88,7 +79,7 @@ def _endpoint(info: Any) -> dict[str, Any]:
 
 
 def _echo(argv: list[str]) -> int:
-    options = _stream_options('leo topic echo', 'Print the messages of a topic.', 'message', argv)
+    options = _stream_options('echo', 'Print the messages of a topic.', 'message', argv)
     from leo_msgs_py.node import running, spin_once
 
     received: list[Any] = []
@@ -105,7 +96,7 @@ def _echo(argv: list[str]) -> int:
 
 
 def _hz(argv: list[str]) -> int:
-    options = _stream_options('leo topic hz', 'Print the rate of a topic.', 'line', argv)
+    options = _stream_options('hz', 'Print the rate of a topic.', 'line', argv)
     from leo_msgs_py.node import running, spin_until
 
     stamps: list[float] = []
@@ -124,7 +115,7 @@ def _hz(argv: list[str]) -> int:
 
 
 def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argparse.Namespace:
-    parser = common.Parser(verb, about, _STREAM_EXAMPLES[verb])
+    parser = common.Parser(f'leo topic {verb}', about, _EXAMPLES[verb])
     parser.add_argument('topic')
     parser.add('type', 'type, where nobody publishes yet', nargs='?')
     parser.flag('--once', f'stop after the first {what}')
@@ -133,7 +124,7 @@ def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argpar
 
 
 def _pub(argv: list[str]) -> int:
-    parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES)
+    parser = common.Parser('leo topic pub', 'Publish messages.', _EXAMPLES['pub'])
     parser.add_argument('topic')
     parser.add('type', 'for example std_msgs/msg/String')
     parser.add('values', 'fields as YAML', nargs='?', default='')

@@ -121,10 +121,9 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
     yield 'gravity', file.gravity
     parts = {
         f'{group}.{name}': part
-        for group in ('actuators', 'links', 'joints')
+        for group in ('actuators', 'links', 'joints', 'sensors')
         for name, part in getattr(file, group).items()
     }
-    parts |= {f'sensors.{name}': sensor for name, sensor in file.sensors.items()}
     parts |= {} if file.ground is None else {'ground': file.ground}
     for path, part in parts.items():
         yield from (

@@ -19,7 +19,7 @@ from leo_sim.model.model import Model
 
 @dataclass(frozen=True)
 class Format:
-    name: str  # as it is called, and in `held.SPEAKS`
+    name: str  # as it is called, and in `needs.SPEAKS`
     ending: str  # of its files
     version: str  # what it was written for
     tree: Callable[[Model], ElementTree.Element] | None = None  # what writes it, where it is XML

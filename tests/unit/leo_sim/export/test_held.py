@@ -9,7 +9,8 @@ from tests.gripper import SLIDES
 from tests.models import modelled
 
 from leo_sim.effects import place
-from leo_sim.export.held import held, SPEAKS
+from leo_sim.export.held import held
+from leo_sim.export.needs import SPEAKS
 from leo_sim.export.urdf import urdf
 from leo_sim.model import Model
 from leo_sim.verbs.skeleton.folder import make_folder

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import math
 from typing import Any
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Gates, texts
 from leo_diffmodel.outside.finding import Finding
@@ -83,7 +83,7 @@ def edit_test(data: Mapping[str, Any]) -> Section:
     return Section('edited.html', {**data, 'seconds': seconds, 'rows': rows, 'best': best})
 
 
-def left_out(recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]) -> Section:
+def left_out(recordings: Recordings, found: Sequence[Sequence[Finding]]) -> Section:
     both = zip(numbered(recordings), found, strict=False)
     values = {
         'share': percent(share_outside(recordings, found)),

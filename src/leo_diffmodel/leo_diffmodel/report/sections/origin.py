@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the result was made from, so that it can be made again."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import number, numbered, quantity
 
 
-def section(
-    provenance: Mapping[str, Any], recordings: Sequence[Recording], seconds: float
-) -> Section:
+def section(provenance: Mapping[str, Any], recordings: Recordings, seconds: float) -> Section:
     """Bags with hashes, length and rate; model, versions, command, date and runtime [s]."""
     hashes = {bag['path']: bag['sha256'] for bag in provenance['bags']}
     values = {

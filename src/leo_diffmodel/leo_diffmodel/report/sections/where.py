@@ -7,7 +7,7 @@ from typing import Any
 from bokeh.models import Range1d
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, worst_places
 from leo_diffmodel.picture import palette
@@ -32,7 +32,7 @@ Row = Mapping[str, Any]
 
 
 def section(
-    places: Where, model: Model, recordings: Sequence[Recording], worst: Sequence[Stretch] = ()
+    places: Where, model: Model, recordings: Recordings, worst: Sequence[Stretch] = ()
 ) -> Section:
     """The heat map, the worst conditions with their bag times, and the worst windows."""
     names = numbered(recordings)
@@ -159,7 +159,7 @@ def _event(event: Row, bags: list[str]) -> str:
     return f'{event["joint"]} {torque(event["torque_nm"], of=event["torque_unit"])} at {when}'
 
 
-def title(stretch: Stretch, model: Model, recordings: Sequence[Recording]) -> str:
+def title(stretch: Stretch, model: Model, recordings: Recordings) -> str:
     """A window by its bag, its time and the joint that is off most."""
     bag, joint = numbered(recordings)[stretch.bag], model.robot.joint_names[stretch.joint]
     return f'{bag} {stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'.strip()
