@@ -51,9 +51,7 @@ def from_data(
         )
     require((_file_or_name(row) for row in whole['effects']), source)
     placed = [_placed(model, row) for row in whole['effects']]
-    refitted = {
-        path: c for path, c in whole['constants'].items() if path in model.constants or not sibling
-    }
+    refitted = {k: c for k, c in whole['constants'].items() if k in model.constants or not sibling}
     moved = {'moved_from': robot} if robot != model.robot.name else {}
     entries = [entry | moved for entry in history(data)]
     return _refitted(changed(model, placed), source, refitted), entries

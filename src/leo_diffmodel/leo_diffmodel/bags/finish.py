@@ -133,10 +133,8 @@ def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
             channel = channels[r.channel_id]
             writer.add_message(channel, r.log_time, r.data, r.publish_time, r.sequence)
         elif isinstance(r, Channel) and r.id not in channels:
-            schema = schemas.get(r.schema_id, 0)
-            channels[r.id] = writer.register_channel(
-                r.topic, r.message_encoding, schema, r.metadata
-            )
+            facts = r.topic, r.message_encoding, schemas.get(r.schema_id, 0), r.metadata
+            channels[r.id] = writer.register_channel(*facts)
         elif isinstance(r, Schema) and r.id not in schemas:
             schemas[r.id] = writer.register_schema(r.name, r.encoding, r.data)
         elif isinstance(r, Metadata):

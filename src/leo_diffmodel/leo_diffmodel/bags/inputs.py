@@ -105,13 +105,11 @@ class _Inputs:
         return self._stated(topic, partial(_applied_row, field_of(interface)))
 
     def dynamic(self) -> InputLog | None:
-        named = self.bag.map.interface
-        if self.bag.robot.input == 'position' and named is None:
+        named, kind = self.bag.map.interface, self.bag.robot.input
+        if kind == 'position' and named is None:
             return None  # the positions there are measured ones, no goals
         topic = self.bag.topic('dynamic_joint_states')
-        return self._stated(
-            topic, partial(_dynamic_row, named or INTERFACES[self.bag.robot.input])
-        )
+        return self._stated(topic, partial(_dynamic_row, named or INTERFACES[kind]))
 
     def _stated(
         self, topic: TopicLog | None, row: Callable[[Any, Sequence[str]], Row | None]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from leo_sim.drivers.base import INTERFACES
 
-from .contents import BagContents, TopicLog
+from .contents import TopicLog
 from .finish import is_recording
 from .inputs import InputLog
 from .passive import named, unread_commands
@@ -29,14 +29,12 @@ def notes_of(
 
     `used` is how many states are in an episode.
     """
-    found = [*_of_states(bag.contents, states, segments, used), *_of_inputs(bag, states, inputs)]
+    found = [*_of_states(bag, states, segments, used), *_of_inputs(bag, states, inputs)]
     return tuple(f'{bag.path}: {text}' for text in found)
 
 
-def _of_states(
-    contents: BagContents, states: StateLog, segments: Segments, used: int
-) -> list[str]:
-    unused = len(states.q) - used
+def _of_states(bag: RobotBag, states: StateLog, segments: Segments, used: int) -> list[str]:
+    contents, unused = bag.contents, len(states.q) - used
     broken = sum(topic.broken for topic in contents.topics.values())
     lost = contents.metadata.get('leo', {}).get('lost')
     said = any(DIFFERENTIATED in text for text in states.notes)

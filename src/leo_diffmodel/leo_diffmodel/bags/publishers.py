@@ -47,10 +47,11 @@ class Part(NamedTuple):
         return (len(self.log) - 1) / seconds if seconds > 0 else 0.0
 
 
-def together(
-    parts: Sequence[Part], joints: Sequence[str], topic: str
-) -> tuple[Part, tuple[str, ...]] | None:
-    """All joints' states, and what was done about several publishers, one line each.
+Made = tuple[Part, tuple[str, ...]]  # what is read, and what was done about it, a line each
+
+
+def together(parts: Sequence[Part], joints: Sequence[str], topic: str) -> Made | None:
+    """All joints' states, and what was done about several publishers.
 
     None where some joint is in no message; two publishers that nothing tells apart are refused.
     """
@@ -59,7 +60,7 @@ def together(
     return _one(whole, joints, topic) if whole else _joined(found, joints, topic)
 
 
-def _one(parts: list[Part], joints: Sequence[str], topic: str) -> tuple[Part, tuple[str, ...]]:
+def _one(parts: list[Part], joints: Sequence[str], topic: str) -> Made:
     """The publisher with the most messages, with those that spoke before or after it."""
     rivals = [part for part in parts[1:] if _overlap(parts[0], part)]
     others = [part for part in parts[1:] if not _overlap(parts[0], part)]
@@ -87,9 +88,7 @@ def _concatenated(parts: list[Part]) -> Part:
     )
 
 
-def _joined(
-    parts: list[Part], joints: Sequence[str], topic: str
-) -> tuple[Part, tuple[str, ...]] | None:
+def _joined(parts: list[Part], joints: Sequence[str], topic: str) -> Made | None:
     """Halves of a robot: each joint from who says it most often, at the times of the fastest."""
     source = {j: part for part in reversed(parts) for j in part.ours}
     if len(source) < len(joints):

@@ -172,9 +172,8 @@ class BagWriter:
             return self._channels[name]
         text, digest = definition(type_name)
         if type_name not in self._schemas:
-            self._schemas[type_name] = self._writer.register_schema(
-                type_name, 'ros2msg', text.encode()
-            )
+            form = type_name, 'ros2msg', text.encode()
+            self._schemas[type_name] = self._writer.register_schema(*form)
         schema = self._schemas[type_name]
         facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
         self._channels[name] = self._writer.register_channel(name, 'cdr', schema, facts)

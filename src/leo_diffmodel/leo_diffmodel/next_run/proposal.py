@@ -160,9 +160,7 @@ def _ranked(
     most = np.where(safe[:, None], nats, 0.0).max(axis=0)
     useful = is_shown(most) if aim == 'show' else most > NEXT.least_useful
     kept = np.flatnonzero(useful).tolist()
-    options = [
-        Option(r, tuple(float(n) for n in nats[i, kept]), unsafe[i]) for i, r in enumerate(runs)
-    ]
+    options = [Option(r, tuple(nats[i, kept].tolist()), unsafe[i]) for i, r in enumerate(runs)]
 
     def rank(option: Option) -> tuple[bool, float, float]:
         first = float(is_shown(np.array(option.nats)).sum()) if aim == 'show' else option.worth[0]

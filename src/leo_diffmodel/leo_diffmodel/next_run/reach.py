@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a robot has been through, how far from that a run may take it, and how it gets there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -34,11 +33,11 @@ class Reach:
         return 0.5 * (self.high - self.low)
 
     @classmethod
-    def of_levels(cls, levels: Array) -> Reach:
+    def of_levels(cls, levels: Array) -> Self:
         """Inputs up to these levels [V or N m] either way, (A,)."""
         return cls(-levels, levels, np.zeros_like(levels))
 
-    def beginning(self, robot: Robot, pose: str) -> Reach:
+    def beginning(self, robot: Robot, pose: str) -> Self:
         """These inputs for a run that begins in another start pose, whose goals are `rest`."""
         at_rest = rest_goals(robot, pose) if robot.input == 'position' else self.rest
         return replace(self, rest=at_rest)
@@ -85,9 +84,8 @@ class Seen:
         lowest, highest = robot.bounds
         margin = NEXT.margin * (highest - lowest)
         low, high = lowest + margin, highest - margin
-        wanted = np.maximum(
-            NEXT.more_input * (self.most - self.least), NEXT.least_goals * (highest - lowest)
-        )
+        least = NEXT.least_goals * (highest - lowest)
+        wanted = np.maximum(NEXT.more_input * (self.most - self.least), least)
         size = 0.5 * np.minimum(wanted, high - low)
         centre = np.clip(0.5 * (self.least + self.most), low + size, high - size)
         return Reach(centre - size, centre + size, rest_goals(robot))

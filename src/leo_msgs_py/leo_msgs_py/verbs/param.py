@@ -87,9 +87,8 @@ def _names(node: Any, name: str) -> list[str]:
 
 
 def _unknown(node: Any, name: str, parameter: str) -> UserError:
-    return UserError(
-        f'{name} has no parameter {parameter!r}; it has: {", ".join(_names(node, name))}'
-    )
+    there = ', '.join(_names(node, name))
+    return UserError(f'{name} has no parameter {parameter!r}; it has: {there}')
 
 
 def _ask(node: Any, name: str, kind: Any, service: str, request: Any) -> Any:

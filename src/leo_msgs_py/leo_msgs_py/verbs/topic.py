@@ -176,9 +176,7 @@ def _matching(node: Any, topic: str) -> Any:
 
     offered = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
     reliable = all(p.reliability == ReliabilityPolicy.RELIABLE for p in offered)
-    latched = bool(offered) and all(
-        p.durability == DurabilityPolicy.TRANSIENT_LOCAL for p in offered
-    )
+    latched = {p.durability for p in offered} == {DurabilityPolicy.TRANSIENT_LOCAL}
     return QoSProfile(
         depth=_DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,

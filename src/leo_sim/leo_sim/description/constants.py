@@ -126,9 +126,7 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
     }
     parts |= {} if file.ground is None else {'ground': file.ground}
     for path, part in parts.items():
-        yield from (
-            (f'{path}.{key}', figure) for key, figure in part if isinstance(figure, Quantity)
-        )
+        yield from ((f'{path}.{key}', q) for key, q in part if isinstance(q, Quantity))
 
 
 def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:

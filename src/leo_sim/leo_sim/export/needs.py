@@ -136,9 +136,7 @@ def _tried(placed: Placed, fast: float = 1.0) -> tuple[Any, Any]:
     shape = (len(LARGEST), TRIED, len(placed.where))
     q, dq, motor, back_emf = rng.uniform(-1, 1, shape) * LARGEST[:, None, None]
     dq = dq * fast
-    torque = placed.effect.torque(
-        placed.parameters, q, dq, Motor(motor, back_emf), np.zeros_like(q)
-    )
+    torque = placed.effect.torque(placed.parameters, q, dq, Motor(motor, back_emf), 0 * q)
     return (q, dq, motor, back_emf), np.abs(torque) if placed.effect.dry else torque
 
 

@@ -32,9 +32,7 @@ class Task:
         self._remembers = any(term.quantity == 'ankle_forward' for term in robot.reward)
         rules = [rule for rule in robot.termination if rule.quantity in QUANTITIES]
         self._watched = _columns(robot, rules)
-        self._low, self._high = (
-            np.array([getattr(rule, end) for rule in rules]) for end in ('low', 'high')
-        )
+        self._low, self._high = np.reshape([(r.low, r.high) for r in rules], (-1, 2)).T
         self._heights = [r for r in robot.termination if r.quantity == 'height_over_feet']
         self._motors = [
             np.array([getattr(a, key) for a in robot.actuators])
@@ -109,9 +107,8 @@ class Task:
         if name == 'com_forward':
             return self._gait.com_x(step.after.q) - self._gait.com_x(step.before.q)
         # The distance before, seen from the foot that carries now: a footstep changes its sign.
-        return self._gait.stride(step.after.q, step.stance) - self._gait.stride(
-            step.before.q, step.stance
-        )
+        stride = self._gait.stride
+        return stride(step.after.q, step.stance) - stride(step.before.q, step.stance)
 
 
 def observation(robot: Robot, q: Array, dq: Array) -> np.ndarray:
@@ -133,7 +130,5 @@ def _features(q: Array, dq: Array) -> np.ndarray:
 
 def _columns(robot: Robot, terms: Sequence[Any]) -> list[int]:
     """Where the quantities of terms are among the features."""
-    joints = robot.joint_names
-    return [
-        QUANTITIES.index(term.quantity) * len(joints) + joints.index(term.joint) for term in terms
-    ]
+    kind, joints = QUANTITIES.index, robot.joint_names
+    return [kind(t.quantity) * len(joints) + joints.index(t.joint) for t in terms]

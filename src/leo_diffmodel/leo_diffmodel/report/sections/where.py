@@ -60,14 +60,13 @@ def _joint(joint: Row, rows: Sequence[Row], highest: float, bags: list[str]) -> 
         'share': percent(joint['share']),
         'size': _sizes(joint),
         'noise': torque(joint['noise_nm'], 2, joint['torque_unit']),
-        'strips': [
-            _strip(v, [r for r in mine if r['variable'] == v], highest, bags) for v in variables
-        ],
+        'strips': [_strip(v, mine, highest, bags) for v in variables],
     }
 
 
 def _strip(variable: str, rows: Sequence[Row], highest: float, bags: list[str]) -> dict[str, Any]:
-    ordered = sorted(rows, key=lambda r: (r['bag'] or 0, r['bin']))
+    own = (r for r in rows if r['variable'] == variable)
+    ordered = sorted(own, key=lambda r: (r['bag'] or 0, r['bin']))
     return {
         'name': variable,
         'unit': unit(ordered[0]['unit']),
