@@ -29,7 +29,7 @@ class Part(NamedTuple):
     """What one publisher sent, which its frame_id and its names of joints tell from others.
 
     Times [ns] have shape (T,). Positions, velocities and efforts have shape (T, J) in our order,
-    NaN but for the columns `ours`; None where no message has one.
+    NaN but for the columns `ours`, and where a message has none.
     """
 
     frame: str
@@ -38,7 +38,7 @@ class Part(NamedTuple):
     log: Stamps
     published: Stamps
     stamp: Stamps
-    fields: tuple[Floats | None, ...]
+    fields: tuple[Floats, ...]
 
     @property
     def rate(self) -> float:
@@ -75,14 +75,8 @@ def _concatenated(parts: list[Part]) -> Part:
     order = np.argsort(log, kind='stable')
     published = np.concatenate([part.published for part in parts])[order]
     stamp = np.concatenate([part.stamp for part in parts])[order]
-    fields: list[Floats | None] = []
-    for columns in zip(*(part.fields for part in parts), strict=True):
-        width = next((column.shape[1] for column in columns if column is not None), None)
-        whole = [
-            np.full((len(part.log), width or 0), np.nan) if column is None else column
-            for part, column in zip(parts, columns, strict=True)
-        ]
-        fields.append(None if width is None else np.concatenate(whole)[order])
+    all_of_them = zip(*(part.fields for part in parts), strict=True)
+    fields = [np.concatenate(columns)[order] for columns in all_of_them]
     return parts[0]._replace(
         log=log[order], published=published, stamp=stamp, fields=tuple(fields)
     )
@@ -97,7 +91,7 @@ def _joined(parts: list[Part], joints: Sequence[str], topic: str) -> Made | None
     columns = [[j for j, s in source.items() if s is part] for part in used]
     words = []
     for half, own in zip(used, columns, strict=True):
-        only = half._replace(fields=tuple(f if f is None else f[:, own] for f in half.fields))
+        only = half._replace(fields=tuple(f[:, own] for f in half.fields))
         _refuse_turns(only, [joints[j] for j in own], topic)
         words.append(f'{", ".join(joints[j] for j in sorted(own))} at {half.rate:.3g} Hz')
     doubled = [
@@ -135,20 +129,18 @@ def _at_the_fastest(parts: list[Part], columns: list[list[int]]) -> Part:
     clock, base = _clock(parts), parts[0]
     t = getattr(base, clock)
     shape, known = (len(t), sum(map(len, columns))), np.ones(len(t), dtype=bool)
-    absent = [all(half.fields[k] is None for half in parts) for k in range(3)]
-    fields = [None if nowhere else np.full(shape, np.nan) for nowhere in absent]
+    fields = [np.full(shape, np.nan) for _ in base.fields]
     for half, own in zip(parts, columns, strict=True):
         at = getattr(half, clock)
         known &= True if half is base else _near(t, at)
         for whole, values in zip(fields, half.fields, strict=True):
-            if whole is not None and values is not None:
-                part = values[:, own]
-                whole[:, own] = part if half is base else _at(t, at, part)
+            part = values[:, own]
+            whole[:, own] = part if half is base else _at(t, at, part)
     return base._replace(
         log=base.log[known],
         published=base.published[known],
         stamp=base.stamp[known],
-        fields=tuple(None if f is None else f[known] for f in fields),
+        fields=tuple(f[known] for f in fields),
     )
 
 
@@ -179,7 +171,7 @@ def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
 
 def _refuse_turns(made: Part, joints: Sequence[str], topic: str) -> None:
     q = made.fields[0]
-    if q is None or len(q) < FEWEST_TURNS:
+    if np.isnan(q).all() or len(q) < FEWEST_TURNS:
         return
     back = float(np.mean(np.diff(made.stamp) < 0))
     apart = _apart(q) & ~_moved(made, q)
@@ -201,8 +193,6 @@ def _refuse_turns(made: Part, joints: Sequence[str], topic: str) -> None:
 def _moved(made: Part, q: Floats) -> NDArray[np.bool_]:
     """Say which of these steps the joint made by its own speed, as one that chatters does."""
     dq = made.fields[1]
-    if dq is None:
-        return np.zeros(q[4:].shape, dtype=bool)
     seconds = np.abs(np.diff(made.stamp))[3:, None] * 1e-9
     speed = np.fmax(np.abs(dq[4:]), np.abs(dq[3:-1]))
     return np.asarray(np.abs(q[4:] - q[3:-1]) < FASTER * speed * seconds)

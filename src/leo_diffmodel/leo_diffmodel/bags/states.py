@@ -65,9 +65,11 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     if found is None:
         raise _other_joints(topic, joints, topic_map, parts)
     made, notes = found
-    if made.fields[0] is None:
-        raise UserError(f'the messages on {topic.name} have {_positions(topic)}')
-    channels = in_our_units(made.fields, [topic_map.joint(name) for name in joints])
+    q, *others = made.fields
+    if np.isnan(q).all() and (lack := _lacking(topic)):
+        raise UserError(f'the messages on {topic.name} have {lack}')
+    dq, effort = (None if np.isnan(field).all() else field for field in others)
+    channels = in_our_units((q, dq, effort), [topic_map.joint(name) for name in joints])
     stamped = bool(made.stamp.any())
     times = made.log, made.published, made.stamp if stamped else made.log
     return _clean(StateLog(*times, *channels, 0, stamped, notes), topic.name)
@@ -152,24 +154,23 @@ def _part(
     times = [(logged.log_ns, logged.published_ns, stamp_of(m)) for logged, m in rows]
     log, published, stamp = np.array(times, dtype=np.int64).T
     theirs = [names.index(wanted[k]) for k in ours]
-    fields: list[Floats | None] = []
+    fields = []
     for field in ('position', 'velocity', 'effort'):
         told = [getattr(message, field) for _, message in rows]
         whole = [k for k, values in enumerate(told) if len(values) == len(names)]
-        if not (ours and whole):
-            fields.append(None)
-            continue
         found = np.full((len(rows), len(wanted)), np.nan)
-        found[np.ix_(whole, ours)] = np.array([told[k] for k in whole])[:, theirs]
+        if ours and whole:
+            found[np.ix_(whole, ours)] = np.array([told[k] for k in whole])[:, theirs]
         fields.append(found)
     return Part(frame, names, ours, log, published, stamp, tuple(fields))
 
 
-def _positions(topic: TopicLog) -> str:
+def _lacking(topic: TopicLog) -> str:
+    """What positions there are where they are too few; '' where each joint has one."""
     counts = [(len(m.position), len(m.name)) for _, m in deserialize(topic, JOINT_STATE)]
     positions, names = max(counts)
-    if not positions:
-        return 'no positions'
+    if not positions or positions == names:
+        return '' if positions else 'no positions'
     return f'{positions} position(s) for {names} names of joints; each joint needs one'
 
 

@@ -123,7 +123,13 @@ class DifferenceModel:
         none for this program, or cannot be written.
         """
         self.check(given.robot)
-        beneath = self._written(path) if self.base else given
+        beneath = given
+        if self.base:
+            try:
+                write_whole(path, self.base)
+            except OSError as error:
+                raise UserError(f'cannot write {path}: {error.strerror}') from error
+            beneath = load_model(path)
         if said := differing(self.over, of_model(beneath)):
             raise UserError(
                 f'{self.source} was fitted over a model with {said}; fit it anew over this one '
@@ -158,13 +164,6 @@ class DifferenceModel:
     @property
     def digest(self) -> str:
         return hashlib.sha256(save(self._tensors())).hexdigest()[:12]
-
-    def _written(self, path: Path) -> Model:
-        try:
-            write_whole(path, self.base)
-        except OSError as error:
-            raise UserError(f'cannot write {path}: {error.strerror}') from error
-        return load_model(path)
 
     def _tensors(self) -> dict[str, Tensor]:
         trust = {} if self.trust is None else self.trust.arrays()
