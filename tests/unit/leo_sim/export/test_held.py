@@ -58,22 +58,14 @@ def sorted_out(name, parameters, format_name, robot='servo_pendulum'):
 
 
 @pytest.mark.parametrize('format_name', IN_FORMAT)
-@pytest.mark.parametrize('name', [*IN_BOTH, *IN_MJCF])
+@pytest.mark.parametrize('name', [*IN_BOTH, *IN_MJCF, *IN_NONE])
 def test_in_a_format(name, format_name):
-    kept, lines = sorted_out(name, (IN_BOTH | IN_MJCF)[name], format_name)
+    kept, lines = sorted_out(name, (IN_BOTH | IN_MJCF | IN_NONE)[name], format_name)
     if name in IN_BOTH or name in IN_FORMAT[format_name]:
         assert (kept, lines) == ([name], [])
     else:
         assert kept == []
         assert len(lines) == 1 and f'{format_name} holds no ' in lines[0]
-
-
-@pytest.mark.parametrize('name', IN_NONE)
-@pytest.mark.parametrize('format_name', SPEAKS)
-def test_in_none(name, format_name):
-    kept, lines = sorted_out(name, IN_NONE[name], format_name)
-    assert kept == []
-    assert len(lines) == 1
 
 
 def test_stribeck_friction_keeps_its_level_at_speed():
