@@ -116,7 +116,9 @@ class McapFile:
     def _opened(self, chunk: Chunk) -> Iterator[McapRecord]:
         """Yield the records of a chunk; of a damaged one only what its topics are."""
         data = _unpacked(chunk)
-        if self.cut or _is_as_written(chunk, data):
+        as_written = len(data) == chunk.uncompressed_size
+        as_written &= chunk.uncompressed_crc in (0, zlib.crc32(data))
+        if self.cut or as_written:
             yield from self._framed(BytesIO(data))
             return
         self.damaged += 1
@@ -141,11 +143,6 @@ def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:
         return
     if summary is not None:
         yield from (*summary.schemas.values(), *summary.channels.values())
-
-
-def _is_as_written(chunk: Chunk, data: bytes) -> bool:
-    checksum_is_right = chunk.uncompressed_crc in (0, zlib.crc32(data))
-    return len(data) == chunk.uncompressed_size and checksum_is_right
 
 
 def _unpacked(chunk: Chunk) -> bytes:

@@ -113,6 +113,7 @@ class Recording:
 
 
 Recordings = Sequence[Recording]
+Span = tuple[float, float]  # begin and end of a stretch of time [s]
 
 
 def sample_period(recordings: Iterable[Recording]) -> float:
@@ -163,9 +164,7 @@ def check(begin: float | None, end: float | None) -> tuple[float, float]:
     return low, high
 
 
-def kept(
-    recording: Recording, out: Sequence[tuple[float, float]], least: float
-) -> Recording | None:
+def kept(recording: Recording, out: Sequence[Span], least: float) -> Recording | None:
     """A recording less stretches of time [s], in order and apart; None if nothing is left.
 
     Pieces shorter than `least` [s] are dropped.
@@ -181,11 +180,9 @@ def kept(
     return replace(recording, episodes=left) if left else None
 
 
-def merged(
-    stretches: Iterable[tuple[float, float]], within: float
-) -> tuple[tuple[float, float], ...]:
+def merged(stretches: Iterable[Span], within: float) -> tuple[Span, ...]:
     """Stretches of time in order, those less than `within` [s] apart as one."""
-    out: list[tuple[float, float]] = []
+    out: list[Span] = []
     for begin, end in sorted(stretches):
         if out and begin - out[-1][1] < within:
             out[-1] = (out[-1][0], max(end, out[-1][1]))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a user should know about a bag that was read, one line each."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,9 +89,7 @@ def _of_inputs(bag: RobotBag, states: StateLog, inputs: InputLog | None) -> list
     return notes
 
 
-def _passed_over(
-    bag: RobotBag, applied: Sequence[TopicLog], inputs: InputLog | None
-) -> Iterator[str]:
+def _passed_over(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None) -> Iterator[str]:
     """Topics that say what was applied, but not what this robot needs."""
     source = inputs.source if inputs else 'none, so the bag counts as passive'
     if any(topic.name == source and topic.type == JOINT_STATE for topic in applied):
@@ -105,7 +103,7 @@ def _passed_over(
             )
 
 
-def _unread(bag: RobotBag, applied: Sequence[TopicLog], inputs: InputLog | None) -> Iterator[str]:
+def _unread(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None) -> Iterator[str]:
     """Topics that look like commands, where no topic says what was applied."""
     if inputs is None or inputs.source in {topic.name for topic in applied}:
         return

@@ -76,10 +76,8 @@ def _concatenated(parts: list[Part]) -> Part:
     published = np.concatenate([part.published for part in parts])[order]
     stamp = np.concatenate([part.stamp for part in parts])[order]
     all_of_them = zip(*(part.fields for part in parts), strict=True)
-    fields = [np.concatenate(columns)[order] for columns in all_of_them]
-    return parts[0]._replace(
-        log=log[order], published=published, stamp=stamp, fields=tuple(fields)
-    )
+    fields = tuple(np.concatenate(columns)[order] for columns in all_of_them)
+    return parts[0]._replace(log=log[order], published=published, stamp=stamp, fields=fields)
 
 
 def _joined(parts: list[Part], joints: Sequence[str], topic: str) -> Made | None:

@@ -98,12 +98,16 @@ def held_each_way(
 
 def _states(bag: RobotBag) -> StateLog:
     """The joint states, filtered; refuse a bag without any that are of use."""
-    if not bag.contents.message_count:
-        raise UserError(f'{bag.path} {_why_nothing(bag.contents)}')
+    contents = bag.contents
+    if not contents.message_count:
+        empty = contents.finished or not any(file.stat().st_size for file in contents.files)
+        cut = 'is damaged, or was cut before the first message: nothing in it reads; record again'
+        never = 'is empty: nothing was recorded; was the robot running?'
+        raise UserError(f'{bag.path} {never if empty else cut}')
     topic = bag.topic('joint_states')
     if topic is None:
         raise UserError(
-            f'{bag.path} has no topic /joint_states; it has {list_topics(bag.contents)}. '
+            f'{bag.path} has no topic /joint_states; it has {list_topics(contents)}. '
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
     try:
@@ -118,12 +122,6 @@ def _states(bag: RobotBag) -> StateLog:
             'motion of a robot shows; which unit is its time in?'
         )
     return states
-
-
-def _why_nothing(contents: BagContents) -> str:
-    if contents.finished or not any(file.stat().st_size for file in contents.files):
-        return 'is empty: nothing was recorded; was the robot running?'
-    return 'is damaged, or was cut before the first message: nothing in it reads; record again'
 
 
 def _episodes(

@@ -94,14 +94,12 @@ def held_out(steps: Transitions) -> Transitions:
     return steps.part(slice(round(TRAIN * len(steps)), None))
 
 
-def one_step_mse(
-    steps: Transitions, difference: DifferenceModel, model: Model
-) -> tuple[float, float]:
+def one_step_mse(steps: Transitions, fitted: DifferenceModel, model: Model) -> tuple[float, float]:
     """Mean squared error over the state vector without and with the difference model."""
-    layout = difference.layout
+    layout = fitted.layout
     real = layout.state(steps.q_next, steps.dq_next)
     ideal = layout.state(steps.q_model, steps.dq_model)
-    corrected = layout.state(*difference.predict(steps, model))
+    corrected = layout.state(*fitted.predict(steps, model))
     return float(np.mean((real - ideal) ** 2)), float(np.mean((real - corrected) ** 2))
 
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from leo_diffmodel.bags.episode import kept, merged
+from leo_diffmodel.bags.episode import kept, merged, Span
 from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.outside.finding import Finding
 from leo_diffmodel.outside.flow import Flow, flow, still_rates
@@ -19,7 +19,6 @@ from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
 Array = np.ndarray
-Span = tuple[float, float]
 FORCES = ('push', 'hand', 'blocked', 'unexplained')
 """The kinds of stretches in which the robot is moved, or stopped."""
 

@@ -17,6 +17,8 @@ from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report import text
 from leo_diffmodel.report.canvas import FONT
 
+Row = Mapping[str, Any]  # of a JSON
+
 
 @dataclass(frozen=True)
 class Section:

@@ -242,9 +242,8 @@ def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
 
 
 def _schemes(file: robot_file.RobotFile) -> dict[str, robot_file.SchemeFile]:
-    reference = robot_file.SchemeFile(
-        integration_step=file.integration_step, geometry_every=file.geometry_every
-    )
+    step, every = file.integration_step, file.geometry_every
+    reference = robot_file.SchemeFile(integration_step=step, geometry_every=every)
     return {
         'reference': reference,
         'training': file.training or reference,

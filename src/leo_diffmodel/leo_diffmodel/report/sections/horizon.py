@@ -10,7 +10,7 @@ import numpy as np
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
-from leo_diffmodel.report.page import models, Section
+from leo_diffmodel.report.page import models, Row, Section
 
 NOTE = (
     'Rms error of predictions that start from the measured state{} The shaded floor is what a '
@@ -22,7 +22,6 @@ BELOW_FLOOR = 0.6
 MOST_FIGURES = 6  # where there are more states, their rates are left to the JSON
 THIN, WIDE = 1.5, 2.5
 LOWEST = 1e-12  # from where on the floor is shaded
-Row = Mapping[str, Any]
 Series = dict[str, tuple[list[list[float]], Stroke]]
 """By name the errors of each state at each horizon, and how they are drawn."""
 BEFORE, AFTER = Stroke(palette.BEFORE), palette.REPAIRED

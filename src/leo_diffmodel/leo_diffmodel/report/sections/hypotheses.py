@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.explain.settings import Gates
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import Row, Section
 from leo_diffmodel.report.text import change, estimates, label, nats, number, percent, quantity
 
 FEWEST, SHOWN = 4, 10
 NEAREST = 3
-Row = Mapping[str, Any]
 
 
 def section(

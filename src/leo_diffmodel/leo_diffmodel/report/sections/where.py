@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the model fails: a heat map of joints and conditions, and the worst windows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from bokeh.models import Range1d
@@ -13,7 +13,7 @@ from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, wor
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, LOW
-from leo_diffmodel.report.page import models, Section
+from leo_diffmodel.report.page import models, Row, Section
 from leo_diffmodel.report.text import numbered, percent, quantity, span, torque, unit
 from leo_diffmodel.report.worst import Stretch
 from leo_sim.model import Model
@@ -28,7 +28,6 @@ MEASURED = 'measured', Stroke(palette.INK, 'points')
 MODELS = Stroke(palette.BEFORE), palette.REPAIRED
 BAND_SIGMAS = 2.0
 MOST_DOTS = 100
-Row = Mapping[str, Any]
 
 
 def section(
