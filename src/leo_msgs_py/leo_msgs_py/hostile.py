@@ -25,15 +25,7 @@ period's work. rclpy takes seconds for 10^5 names, and the node's loop waits for
 RCLError = rclpy_implementation.RCLError
 UNREADABLE = (RCLError, ValueError, MemoryError)  # what rclpy raises about something that arrived
 
-_SERVICES = (
-    srv.DescribeParameters,
-    srv.GetParameters,
-    srv.GetParameterTypes,
-    srv.ListParameters,
-    srv.SetParameters,
-    srv.SetParametersAtomically,
-    GetTypeDescription,
-)
+_SERVICES = *vars(srv).values(), GetTypeDescription
 _QUIET = 1.0  # time between two complaints [s]
 
 Callback = Callable[[Any, Any], Any]

@@ -16,7 +16,6 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import CRCValidationError
 from mcap.writer import MCAP0_MAGIC
 import zstandard
 
@@ -24,14 +23,8 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 
 DAMAGE = (
-    McapError,
-    CRCValidationError,
-    struct.error,
-    zstandard.ZstdError,
-    RuntimeError,
-    UnicodeDecodeError,
-    OverflowError,
-    MemoryError,
+    *(McapError, struct.error, zstandard.ZstdError),
+    *(ValueError, RuntimeError, OverflowError, MemoryError),
 )
 """What readers of MCAP raise where bytes are not what was written."""
 LARGEST_CHUNK = 1 << 28

@@ -44,7 +44,7 @@ class Unit(NamedTuple):
     """Factor to SI and powers of m, kg, s, A."""
 
     factor: float
-    powers: tuple[int, int, int, int]
+    powers: tuple[int, ...]
 
 
 @cache
@@ -52,8 +52,7 @@ def parse(text: str) -> Unit:
     """Unit written as text. UserError: a symbol nobody knows, naming the nearest known."""
     factors = [(_symbol(symbol, text), power) for symbol, power in powers(text).items()]
     factor = math.prod(unit.factor**power for unit, power in factors)
-    m, kg, s, a = (sum(u.powers[i] * p for u, p in factors) for i in range(4))
-    return Unit(factor, (m, kg, s, a))
+    return Unit(factor, tuple(sum(u.powers[i] * p for u, p in factors) for i in range(4)))
 
 
 def powers(text: str) -> dict[str, int]:

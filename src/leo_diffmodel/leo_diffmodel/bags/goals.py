@@ -170,11 +170,7 @@ def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role)
 
 
 def _run(
-    states: StateLog,
-    run: slice,
-    asked: list[tuple[str, list[Asked]]],
-    measured: Floats,
-    role: Role,
+    states: StateLog, run: slice, asked: list[tuple[str, list[Asked]]], angles: Floats, role: Role
 ) -> tuple[Stamps, Stamps, Floats]:
     """Log times, stamps and goals of one run; none before all joints have one."""
     t = states.stamp_ns[run]
@@ -192,8 +188,7 @@ def _run(
     begin = max(of[0].begin for of in legs)
     stamps = np.unique(inside[(inside >= max(begin, t[0])) & (inside <= t[-1])])
     starts = (
-        float(np.interp(of[0].begin - t[0], t - t[0], measured[run, a]))
-        for a, of in enumerate(legs)
+        float(np.interp(of[0].begin - t[0], t - t[0], angles[run, a])) for a, of in enumerate(legs)
     )
     values = [_sampled(of, stamps, start) for of, start in zip(legs, starts, strict=True)]
     return stamps + delay, stamps, np.column_stack(values)

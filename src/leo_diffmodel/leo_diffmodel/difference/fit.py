@@ -138,19 +138,14 @@ def _errors(network: Network, data: Targets) -> tuple[Array, Array]:
 
 
 def _report(
-    difference: DifferenceModel,
-    steps: Transitions,
-    data: Targets,
-    cut: int,
-    model: Model,
-    epochs: int,
+    fitted: DifferenceModel, steps: Transitions, data: Targets, cut: int, model: Model, epochs: int
 ) -> Report:
     last = held_out(steps)
-    report = Report(*one_step_mse(last, difference, model), len(steps), epochs)
-    if difference.trust is None:
+    report = Report(*one_step_mse(last, fitted, model), len(steps), epochs)
+    if fitted.trust is None:
         return report
-    found = calibration(difference, data.part(slice(cut, None)))
-    factor = difference.judge(last.q, last.dq, last.inputs).factor
+    found = calibration(fitted, data.part(slice(cut, None)))
+    factor = fitted.judge(last.q, last.dq, last.inputs).factor
     return replace(
         report,
         calibration_least=float(found.min()),

@@ -15,7 +15,7 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
+from leo_diffmodel.next_run.menu import menu, MotionRun, Runs, walker_menu
 from leo_diffmodel.next_run.questions import fit_all, Fitted, questions
 from leo_diffmodel.next_run.reach import Seen, seen
 from leo_diffmodel.next_run.run_file import Run
@@ -122,11 +122,7 @@ def propose(
 
 
 def _parted(
-    fitted: Sequence[Fitted],
-    model: Model,
-    runs: Sequence[Run | MotionRun],
-    before: Seen,
-    progress: Callable[[str], None],
+    fitted: list[Fitted], model: Model, runs: Runs, before: Seen, progress: Callable[[str], None]
 ) -> tuple[list[str], Array]:
     """Pairs of hypotheses, and the least nats either way for each run."""
     points: list[str] = []
@@ -147,12 +143,7 @@ def _parted(
 
 
 def _ranked(
-    aim: str,
-    points: Sequence[str],
-    nats: Array,
-    runs: Sequence[Run | MotionRun],
-    unsafe: Sequence[str | None],
-    model: Model,
+    aim: str, points: list[str], nats: Array, runs: Runs, unsafe: list[str | None], model: Model
 ) -> Proposal:
     """Leave out the points on which no safe run says anything; best run first."""
     nats = nats * np.array([run.times for run in runs])[:, None]

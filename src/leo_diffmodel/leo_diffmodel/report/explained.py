@@ -64,7 +64,7 @@ def _evidence(explanation: Explanation) -> list[Section]:
     model, measured, curves = trace(recordings, found)
     worst = stretches(before_and_after(recordings, found))
     far = errors['horizon'][-1]
-    training = _training_errors(recordings, found, far['seconds'], far['seconds'] / far['steps'])
+    training = _on_training(recordings, found, far['seconds'], far['seconds'] / far['steps'])
     return [
         budget.explained(errors),
         where.section(places_of(measured, model), model, recordings, worst),
@@ -84,9 +84,7 @@ def _evidence(explanation: Explanation) -> list[Section]:
     ]
 
 
-def _training_errors(
-    recordings: Recordings, found: Search, seconds: float, step: float
-) -> list[dict]:
+def _on_training(recordings: Recordings, found: Search, seconds: float, step: float) -> list[dict]:
     """Rows {steps, before, after} of rms errors on training data up to a horizon [s].
 
     One step is a control period [s]; there are no rows where no window is that long.

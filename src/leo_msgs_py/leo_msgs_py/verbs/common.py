@@ -26,6 +26,7 @@ _YAML_INT = re.compile(r'[-+]?(?:0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)$')
 _OURS = ('float', 'int', 'timestamp')
 
 Pairs = list[tuple[str, list[str]]]  # names of topics or services with their types
+Verbs = Mapping[str, Callable[[list[str]], int]]
 
 
 class Parser(argparse.ArgumentParser):
@@ -68,13 +69,7 @@ def ros_args_apart(argv: list[str]) -> tuple[list[str], list[str]]:
     return argv[:at], argv[at:]
 
 
-def dispatch(
-    prog: str,
-    description: str,
-    verbs: Mapping[str, Callable[[list[str]], int]],
-    argv: list[str],
-    examples: str,
-) -> int:
+def dispatch(prog: str, description: str, verbs: Verbs, argv: list[str], examples: str) -> int:
     parser = Parser(prog, description, examples)
     parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))
     rest = parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)

@@ -17,11 +17,8 @@ _EXAMPLES = """\
 
 def main(argv: list[str]) -> int:
     there = ''.join(f'  {name}\n' for name in _names())
-    parser = Parser(
-        'leo run',
-        'Start an executable of a package, as `ros2 run` does.',
-        f'{_EXAMPLES}\nexecutables:\n{there}',
-    )
+    about = 'Start an executable of a package, as `ros2 run` does.'
+    parser = Parser('leo run', about, f'{_EXAMPLES}\nexecutables:\n{there}')
     parser.add('package', 'for example leo_sim')
     parser.add('executable', 'for example robot')
     words = '--ros-args -p name:=value ...'

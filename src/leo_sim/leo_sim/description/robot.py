@@ -159,11 +159,8 @@ class Robot:
     def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
         constants = {**self.constants, **changed}
         values = {path: c.value for path, c in constants.items()}
-        return replace(
-            self,
-            constants=constants,
-            actuators=tuple(_actuator(a.joint, values) for a in self.actuators),
-        )
+        actuators = tuple(_actuator(a.joint, values) for a in self.actuators)
+        return replace(self, constants=constants, actuators=actuators)
 
 
 def load_robot(ref: str | Path) -> Robot:
@@ -175,9 +172,8 @@ def load_robot(ref: str | Path) -> Robot:
     if not os.path.isdir(folder):  # False for a name that no file can have, too
         name, robots = str(ref), named_robots()
         if name not in robots:
-            raise UserError(
-                f'no robot is named {name!r}, and it is no folder{nearest(name, robots)}'
-            )
+            hint = nearest(name, robots)
+            raise UserError(f'no robot is named {name!r}, and it is no folder{hint}')
         folder = robots[name]
     if not (folder / 'robot.yaml').is_file():
         raise UserError(

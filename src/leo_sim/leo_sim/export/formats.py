@@ -51,22 +51,15 @@ def export(model: Model, ref: str, format_: Format, output: Path) -> Export:
     UserError: the format holds no such robot, or nothing has its inertial figures.
     """
     try:
-        return _export(model, ref, format_, output)
+        found, beside = held(model, format_.name), output.with_suffix('.urdf')
+        left_out = (f'Left out: {line}.' for line in found.left_out)
+        said = [f'Made from {ref} by leo export, for {format_.version}.', *left_out]
+        if format_.tree is not None:
+            return Export(found, {output: _xml(format_.tree(found.model), said)})
+        program = isaac_lab(found.model, beside.name)
+        tree = urdf(found.model, dynamics=False)
     except UserError as error:
         raise UserError(f'{ref}: {error}') from error
-
-
-def _export(model: Model, ref: str, format_: Format, output: Path) -> Export:
-    found = held(model, format_.name)
-    said = [
-        f'Made from {ref} by leo export, for {format_.version}.',
-        *(f'Left out: {line}.' for line in found.left_out),
-    ]
-    if format_.tree is not None:
-        return Export(found, {output: _xml(format_.tree(found.model), said)})
-    beside = output.with_suffix('.urdf')
-    program = isaac_lab(found.model, beside.name)
-    tree = urdf(found.model, dynamics=False)
     of_urdf = [f'Its joints and motors are in {output.name} beside it.', *said]
     return Export(found, {output: _python(program, said), beside: _xml(tree, of_urdf)})
 

@@ -10,7 +10,7 @@ from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Gates, texts
 from leo_diffmodel.outside.finding import Finding
 from leo_diffmodel.outside.outside import share_outside
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import Row, Section
 from leo_diffmodel.report.text import label, number, numbered, percent, quantity, unit
 
 MOST_SETS = 6
@@ -41,11 +41,7 @@ def _end(value: float) -> str:
     return '∞' if value > 0 else '−∞'
 
 
-def stability(
-    rows: Sequence[Mapping[str, Any]],
-    effects: Sequence[Mapping[str, Any]],
-    settings: Mapping[str, float],
-) -> Section:
+def stability(rows: Sequence[Row], effects: Sequence[Row], settings: Row) -> Section:
     """A bar for each chosen set, the answer first, and a line for each of its effects."""
     others = rows[MOST_SETS:]
     sets = [

@@ -37,10 +37,8 @@ def held_out(errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] 
     strokes = (BEFORE, AFTER) if repaired else (BEFORE,)
     keys = dict(zip(('before', 'after'), models(*strokes), strict=False))
     rows = errors['horizon']
-    suffix = ', held out' if training else ''
-    series: Series = {
-        f'{n}{suffix}': ([r[k] for r in rows], stroke) for k, (n, stroke) in keys.items()
-    }
+    of = ', held out' if training else ''
+    series: Series = {f'{n}{of}': ([r[k] for r in rows], look) for k, (n, look) in keys.items()}
     if training:
         series |= _training(rows, training, {k: name for k, (name, _) in keys.items()})
     floor = [r['noise_floor'] for r in rows]
