@@ -45,9 +45,8 @@ def explanation(folder, **changes):
 
 
 def test_the_folder_of_an_explanation_stands_for_its_file(tmp_path):
-    file, folder = (
-        from_explanation(Model(PENDULUM), p)[0] for p in (explanation(tmp_path), tmp_path)
-    )
+    both = explanation(tmp_path), tmp_path
+    file, folder = (from_explanation(Model(PENDULUM), path)[0] for path in both)
     assert file.effects == folder.effects != ()
 
 

@@ -141,11 +141,8 @@ def test_a_corrected_joint_stays_within_its_stops():
 
 
 def test_channels_are_named():
-    assert channel_names(load_robot('pendulum'), 'state') == (
-        'pivot angle',
-        'pivot angle',
-        'pivot rate',
-    )
+    names = channel_names(load_robot('pendulum'), 'state')
+    assert names == ('pivot angle', 'pivot angle', 'pivot rate')
     leo = load_robot('leo')
     assert channel_names(leo, 'torque')[2] == 'left_knee torque'
     assert len(channel_names(leo, 'state')) == untrained(Model(leo)).layout.states
@@ -169,9 +166,8 @@ def test_files_of_before_there_were_forms_are_read(model, steps):
     tensors, old = read_tensors(single.to_bytes())
     del old['form']
     config = json.loads(old['config'])
-    old['config'] = json.dumps(
-        {k: config[k] for k in config if k not in ('form', 'members', 'prior')}
-    )
+    newer = 'form', 'members', 'prior'
+    old['config'] = json.dumps({k: config[k] for k in config if k not in newer})
     again = from_bytes(save(tensors, old))
     judged = again.judge(steps.q, steps.dq, steps.inputs)
     np.testing.assert_array_equal(judged.correction, single(steps.q, steps.dq, steps.inputs))

@@ -85,9 +85,8 @@ def test_at_rest_is_a_pose_and_not_the_angle_0():
 
 
 def test_a_servo_that_was_free_counts_as_one_that_goes_where_it_is():
-    (track,) = simulate(
-        [Run('r', '', np.full((50, 1), 0.3), np.ones(50, bool))], Model(POSITION), 0.01
-    )
+    run = Run('r', '', np.full((50, 1), 0.3), np.ones(50, bool))
+    (track,) = simulate([run], Model(POSITION), 0.01)
     (e,) = track.episodes
     free = Episode(e.t, e.q, e.dq, np.zeros_like(e.inputs), np.zeros(e.inputs.shape, bool))
     been_free = seen([replace(track, episodes=(free,))], 0.01)

@@ -180,9 +180,7 @@ def test_a_run_file_replaces_only_a_run_file(tmp_path):
 @pytest.mark.parametrize(
     ('kind', 'unit', 'of_turning'), [('torque', 'N', 'N m'), ('position', 'm', 'rad')]
 )
-def test_inputs_of_a_slide_are_in_its_own_unit_and_older_files_are_read(
-    kind, unit, of_turning, tmp_path
-):
+def test_inputs_of_a_slide_are_in_its_unit_and_old_ones_are_read(kind, unit, of_turning, tmp_path):
     (tmp_path / 'slide.urdf').write_text(SLIDES)
     robot = make_folder(tmp_path / 'slide.urdf', tmp_path / 'slide', kind).robot
     run = Run('r', '', np.full((9, 1), 0.02), np.ones(9, bool))

@@ -29,9 +29,7 @@ def explanation(recording: Recording) -> Explanation:
     return explain([recording], Model(PENDULUM))
 
 
-def test_missing_torque_has_the_slope_of_the_friction_as_the_leading_candidate_has(
-    recording, explanation
-):
+def test_missing_torque_has_the_slope_of_friction_and_the_best_candidate(recording, explanation):
     _, missing, curves = trace([recording], explanation.search)
     slope = np.polyfit(missing.dq[:, 0], missing.torque[:, 0], 1)[0]
     assert slope == pytest.approx(-FRICTION, rel=0.1)

@@ -97,9 +97,8 @@ def test_urdf_has_friction_inertia_and_the_strength_of_the_motor():
     root = urdf(held(model, 'URDF').model)
     joint = root.find('joint')
     assert joint.find('dynamics').attrib == {'damping': '0.1', 'friction': '0.1'}
-    assert float(root.find("link[@name='weight']/inertial/mass").get('value')) == pytest.approx(
-        0.59
-    )
+    mass = root.find("link[@name='weight']/inertial/mass")
+    assert float(mass.get('value')) == pytest.approx(0.59)
     assert root.find("link[@name='base']/inertial") is None
     assert float(joint.find('limit').get('effort')) == pytest.approx(0.354 * 7.4 / 3.4)
     assert float(joint.find('limit').get('velocity')) == pytest.approx(7.4 / 0.354)

@@ -92,9 +92,7 @@ def test_masses_and_inertia_are_those_of_the_model():
         pose = posed(inside)
         assert float(inside.findtext('mass')) == pytest.approx(body.mass)
         np.testing.assert_allclose(pose[:3, 3], body.com)
-        moments = np.diag(
-            [float(inside.findtext(f'inertia/i{axis}')) for axis in ('xx', 'yy', 'zz')]
-        )
+        moments = np.diag([float(inside.findtext(f'inertia/i{x}')) for x in ('xx', 'yy', 'zz')])
         xx, yy, zz, xy, xz, yz = body.inertia
         whole = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
         turned = pose[:3, :3] @ moments @ pose[:3, :3].T
