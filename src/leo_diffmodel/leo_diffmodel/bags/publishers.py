@@ -5,6 +5,8 @@ Two halves of a robot, each with its own joints, are joined by time. Of two that
 joints one is read. Two that no message tells apart are refused, as their states alternate.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
@@ -29,7 +31,7 @@ class Part(NamedTuple):
     """What one publisher sent, which its frame_id and its names of joints tell from others.
 
     Times [ns] have shape (T,). Positions, velocities and efforts have shape (T, J) in our order,
-    NaN but for the columns `ours`, and where a message has none.
+    NaN but for the columns `ours`; None where no message has one.
     """
 
     frame: str
@@ -38,7 +40,7 @@ class Part(NamedTuple):
     log: Stamps
     published: Stamps
     stamp: Stamps
-    fields: tuple[Floats, ...]
+    fields: tuple[Floats | None, ...]
 
     @property
     def rate(self) -> float:
@@ -47,11 +49,10 @@ class Part(NamedTuple):
         return (len(self.log) - 1) / seconds if seconds > 0 else 0.0
 
 
-Made = tuple[Part, tuple[str, ...]]  # what is read, and what was done about it, a line each
-
-
-def together(parts: Sequence[Part], joints: Sequence[str], topic: str) -> Made | None:
-    """All joints' states, and what was done about several publishers.
+def together(
+    parts: Sequence[Part], joints: Sequence[str], topic: str
+) -> tuple[Part, tuple[str, ...]] | None:
+    """All joints' states, and what was done about several publishers, one line each.
 
     None where some joint is in no message; two publishers that nothing tells apart are refused.
     """
@@ -60,7 +61,7 @@ def together(parts: Sequence[Part], joints: Sequence[str], topic: str) -> Made |
     return _one(whole, joints, topic) if whole else _joined(found, joints, topic)
 
 
-def _one(parts: list[Part], joints: Sequence[str], topic: str) -> Made:
+def _one(parts: list[Part], joints: Sequence[str], topic: str) -> tuple[Part, tuple[str, ...]]:
     """The publisher with the most messages, with those that spoke before or after it."""
     rivals = [part for part in parts[1:] if _overlap(parts[0], part)]
     others = [part for part in parts[1:] if not _overlap(parts[0], part)]
@@ -75,12 +76,22 @@ def _concatenated(parts: list[Part]) -> Part:
     order = np.argsort(log, kind='stable')
     published = np.concatenate([part.published for part in parts])[order]
     stamp = np.concatenate([part.stamp for part in parts])[order]
-    all_of_them = zip(*(part.fields for part in parts), strict=True)
-    fields = tuple(np.concatenate(columns)[order] for columns in all_of_them)
-    return parts[0]._replace(log=log[order], published=published, stamp=stamp, fields=fields)
+    fields: list[Floats | None] = []
+    for columns in zip(*(part.fields for part in parts), strict=True):
+        width = next((column.shape[1] for column in columns if column is not None), None)
+        whole = [
+            np.full((len(part.log), width or 0), np.nan) if column is None else column
+            for part, column in zip(parts, columns, strict=True)
+        ]
+        fields.append(None if width is None else np.concatenate(whole)[order])
+    return parts[0]._replace(
+        log=log[order], published=published, stamp=stamp, fields=tuple(fields)
+    )
 
 
-def _joined(parts: list[Part], joints: Sequence[str], topic: str) -> Made | None:
+def _joined(
+    parts: list[Part], joints: Sequence[str], topic: str
+) -> tuple[Part, tuple[str, ...]] | None:
     """Halves of a robot: each joint from who says it most often, at the times of the fastest."""
     source = {j: part for part in reversed(parts) for j in part.ours}
     if len(source) < len(joints):
@@ -89,7 +100,7 @@ def _joined(parts: list[Part], joints: Sequence[str], topic: str) -> Made | None
     columns = [[j for j, s in source.items() if s is part] for part in used]
     words = []
     for half, own in zip(used, columns, strict=True):
-        only = half._replace(fields=tuple(f[:, own] for f in half.fields))
+        only = half._replace(fields=tuple(f if f is None else f[:, own] for f in half.fields))
         _refuse_turns(only, [joints[j] for j in own], topic)
         words.append(f'{", ".join(joints[j] for j in sorted(own))} at {half.rate:.3g} Hz')
     doubled = [
@@ -127,18 +138,20 @@ def _at_the_fastest(parts: list[Part], columns: list[list[int]]) -> Part:
     clock, base = _clock(parts), parts[0]
     t = getattr(base, clock)
     shape, known = (len(t), sum(map(len, columns))), np.ones(len(t), dtype=bool)
-    fields = [np.full(shape, np.nan) for _ in base.fields]
+    absent = [all(half.fields[k] is None for half in parts) for k in range(3)]
+    fields = [None if nowhere else np.full(shape, np.nan) for nowhere in absent]
     for half, own in zip(parts, columns, strict=True):
         at = getattr(half, clock)
         known &= True if half is base else _near(t, at)
         for whole, values in zip(fields, half.fields, strict=True):
-            part = values[:, own]
-            whole[:, own] = part if half is base else _at(t, at, part)
+            if whole is not None and values is not None:
+                part = values[:, own]
+                whole[:, own] = part if half is base else _at(t, at, part)
     return base._replace(
         log=base.log[known],
         published=base.published[known],
         stamp=base.stamp[known],
-        fields=tuple(f[known] for f in fields),
+        fields=tuple(None if f is None else f[known] for f in fields),
     )
 
 
@@ -169,7 +182,7 @@ def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
 
 def _refuse_turns(made: Part, joints: Sequence[str], topic: str) -> None:
     q = made.fields[0]
-    if np.isnan(q).all() or len(q) < FEWEST_TURNS:
+    if q is None or len(q) < FEWEST_TURNS:
         return
     back = float(np.mean(np.diff(made.stamp) < 0))
     apart = _apart(q) & ~_moved(made, q)
@@ -191,6 +204,8 @@ def _refuse_turns(made: Part, joints: Sequence[str], topic: str) -> None:
 def _moved(made: Part, q: Floats) -> NDArray[np.bool_]:
     """Say which of these steps the joint made by its own speed, as one that chatters does."""
     dq = made.fields[1]
+    if dq is None:
+        return np.zeros(q[4:].shape, dtype=bool)
     seconds = np.abs(np.diff(made.stamp))[3:, None] * 1e-9
     speed = np.fmax(np.abs(dq[4:]), np.abs(dq[3:-1]))
     return np.asarray(np.abs(q[4:] - q[3:-1]) < FASTER * speed * seconds)

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joint states of a bag as arrays in a robot's joint order."""
 
+from __future__ import annotations
+
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from rosbags.serde import SerdeError
@@ -51,7 +53,7 @@ class StateLog:
             return 'made'
         return 'absent' if self.dq is None else 'measured'
 
-    def noted(self, notes: Sequence[str], **changed: Any) -> Self:
+    def noted(self, notes: Sequence[str], **changed: Any) -> StateLog:
         return replace(self, notes=(*self.notes, *notes), **changed)
 
 
@@ -65,11 +67,9 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     if found is None:
         raise _other_joints(topic, joints, topic_map, parts)
     made, notes = found
-    q, *others = made.fields
-    if np.isnan(q).all() and (lack := _lacking(topic)):
-        raise UserError(f'the messages on {topic.name} have {lack}')
-    dq, effort = (None if np.isnan(field).all() else field for field in others)
-    channels = in_our_units((q, dq, effort), [topic_map.joint(name) for name in joints])
+    if made.fields[0] is None:
+        raise UserError(f'the messages on {topic.name} have {_positions(topic)}')
+    channels = in_our_units(made.fields, [topic_map.joint(name) for name in joints])
     stamped = bool(made.stamp.any())
     times = made.log, made.published, made.stamp if stamped else made.log
     return _clean(StateLog(*times, *channels, 0, stamped, notes), topic.name)
@@ -154,23 +154,24 @@ def _part(
     times = [(logged.log_ns, logged.published_ns, stamp_of(m)) for logged, m in rows]
     log, published, stamp = np.array(times, dtype=np.int64).T
     theirs = [names.index(wanted[k]) for k in ours]
-    fields = []
+    fields: list[Floats | None] = []
     for field in ('position', 'velocity', 'effort'):
         told = [getattr(message, field) for _, message in rows]
         whole = [k for k, values in enumerate(told) if len(values) == len(names)]
+        if not (ours and whole):
+            fields.append(None)
+            continue
         found = np.full((len(rows), len(wanted)), np.nan)
-        if ours and whole:
-            found[np.ix_(whole, ours)] = np.array([told[k] for k in whole])[:, theirs]
+        found[np.ix_(whole, ours)] = np.array([told[k] for k in whole])[:, theirs]
         fields.append(found)
     return Part(frame, names, ours, log, published, stamp, tuple(fields))
 
 
-def _lacking(topic: TopicLog) -> str:
-    """What positions there are where they are too few; '' where each joint has one."""
+def _positions(topic: TopicLog) -> str:
     counts = [(len(m.position), len(m.name)) for _, m in deserialize(topic, JOINT_STATE)]
     positions, names = max(counts)
-    if not positions or positions == names:
-        return '' if positions else 'no positions'
+    if not positions:
+        return 'no positions'
     return f'{positions} position(s) for {names} names of joints; each joint needs one'
 
 
