@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages as CDR bytes without ROS, as bags hold them."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
@@ -13,10 +15,11 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
+JOINT_STATE = 'sensor_msgs/msg/JointState'
 FOLLOWED = 'leo_msgs/msg/Followed'
 """How control_msgs/JointTrajectoryControllerState begins, in every version: its third field
 is the set point, `desired` up to Galactic and `reference` from Humble on; what follows differs."""
-_ADDED = {
+_CONTROL_MSGS = {
     'control_msgs/msg/InterfaceValue': 'string[] interface_names\nfloat64[] values\n',
     'control_msgs/msg/DynamicJointState': (
         'std_msgs/Header header\nstring[] joint_names\n'
@@ -27,7 +30,7 @@ _ADDED = {
         'trajectory_msgs/JointTrajectoryPoint reference\n'
     ),
 }
-"""What `rosbags` lacks: of ros-controls/control_msgs (jazzy), comments dropped, and `FOLLOWED`."""
+"""What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
 _HEADER_STRINGS = 12  # where frame_id is: behind 4 bytes of encapsulation and the stamp
 SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)
 
@@ -36,7 +39,7 @@ SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a me
 def typestore() -> Typestore:
     """All message types known here, codec included (shared, do not change)."""
     store = get_typestore(Stores.ROS2_JAZZY)
-    for name, text in _ADDED.items():
+    for name, text in _CONTROL_MSGS.items():
         store.register(get_types_from_msg(text, name))
     return store
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Topics of the graph, types of messages, quality of service as rosbag2 keeps it (YAML)."""
 
+from __future__ import annotations
+
 from dataclasses import fields, replace
 import difflib
 from functools import cache
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 from rosbags.typesys.store import TIDMAP
 import yaml
 
+from leo_msgs_py.cdr import JOINT_STATE as JOINT_STATE
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 
@@ -53,7 +56,6 @@ Stamps = NDArray[np.int64]
 
 Log = TypeVar('Log')
 
-JOINT_STATE = 'sensor_msgs/msg/JointState'
 DYNAMIC_JOINT_STATE = 'control_msgs/msg/DynamicJointState'
 FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'

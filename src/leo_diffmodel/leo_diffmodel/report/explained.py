@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `leo explain`."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recordings
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
 from leo_diffmodel.compare.headline import Headline
 from leo_diffmodel.compare.pushes import predict
@@ -35,7 +39,9 @@ MOST_CURVES = 4
 Array = np.ndarray
 
 
-def explanation_page(explanation: Explanation, recordings: Recordings, watch: str = '') -> str:
+def explanation_page(
+    explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
+) -> str:
     """The report of `leo explain`; without a search (untestable, moved) it has no figures.
 
     The recordings include held-out bags; `watch` opens the live page on the same data.
@@ -64,7 +70,7 @@ def _evidence(explanation: Explanation) -> list[Section]:
     model, measured, curves = trace(recordings, found)
     worst = stretches(before_and_after(recordings, found))
     far = errors['horizon'][-1]
-    training = _on_training(recordings, found, far['seconds'], far['seconds'] / far['steps'])
+    training = _training_errors(recordings, found, far['seconds'], far['seconds'] / far['steps'])
     return [
         budget.explained(errors),
         where.section(places_of(measured, model), model, recordings, worst),
@@ -84,7 +90,9 @@ def _evidence(explanation: Explanation) -> list[Section]:
     ]
 
 
-def _on_training(recordings: Recordings, found: Search, seconds: float, step: float) -> list[dict]:
+def _training_errors(
+    recordings: Sequence[Recording], found: Search, seconds: float, step: float
+) -> list[dict]:
     """Rows {steps, before, after} of rms errors on training data up to a horizon [s].
 
     One step is a control period [s]; there are no rows where no window is that long.
@@ -108,7 +116,9 @@ def _on_training(recordings: Recordings, found: Search, seconds: float, step: fl
     ]
 
 
-def trace(recordings: Recordings, found: Search) -> tuple[Model, MissingTorque, dict[str, Array]]:
+def trace(
+    recordings: Sequence[Recording], found: Search
+) -> tuple[Model, MissingTorque, dict[str, Array]]:
     """The torque that the model lacks, and how each leading hypothesis says it should look.
 
     A hypothesis' curve is the same estimator applied to the same windows, with the measured

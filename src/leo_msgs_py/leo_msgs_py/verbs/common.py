@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the verbs share: command lines, a node to look around with, YAML, printing."""
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -26,7 +28,6 @@ _YAML_INT = re.compile(r'[-+]?(?:0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)$')
 _OURS = ('float', 'int', 'timestamp')
 
 Pairs = list[tuple[str, list[str]]]  # names of topics or services with their types
-Verbs = Mapping[str, Callable[[list[str]], int]]
 
 
 class Parser(argparse.ArgumentParser):
@@ -69,7 +70,13 @@ def ros_args_apart(argv: list[str]) -> tuple[list[str], list[str]]:
     return argv[:at], argv[at:]
 
 
-def dispatch(prog: str, description: str, verbs: Verbs, argv: list[str], examples: str) -> int:
+def dispatch(
+    prog: str,
+    description: str,
+    verbs: Mapping[str, Callable[[list[str]], int]],
+    argv: list[str],
+    examples: str,
+) -> int:
     parser = Parser(prog, description, examples)
     parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))
     rest = parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo run`: start an executable of a package, as `ros2 run` does."""
 
+from __future__ import annotations
+
 import argparse
 from importlib.metadata import entry_points, EntryPoint
 import sys
@@ -17,8 +19,11 @@ _EXAMPLES = """\
 
 def main(argv: list[str]) -> int:
     there = ''.join(f'  {name}\n' for name in _names())
-    about = 'Start an executable of a package, as `ros2 run` does.'
-    parser = Parser('leo run', about, f'{_EXAMPLES}\nexecutables:\n{there}')
+    parser = Parser(
+        'leo run',
+        'Start an executable of a package, as `ros2 run` does.',
+        f'{_EXAMPLES}\nexecutables:\n{there}',
+    )
     parser.add('package', 'for example leo_sim')
     parser.add('executable', 'for example robot')
     words = '--ros-args -p name:=value ...'

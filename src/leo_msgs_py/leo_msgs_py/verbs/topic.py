@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo topic`: list, look at and publish topics."""
 
+from __future__ import annotations
+
 import argparse
+import json
 import sys
 import time
 from typing import Any
@@ -12,16 +15,25 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.interfaces import fill, load, to_plain
 from leo_msgs_py.verbs import common
 
-_EXAMPLES = {
-    'list': '  leo topic list -t\n  leo topic list --json\n',
-    'info': '  leo topic info /joint_states -v\n',
-    'echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
+_LIST_EXAMPLES = '  leo topic list -t\n  leo topic list --json\n'
+_INFO_EXAMPLES = '  leo topic info /joint_states -v\n'
+_EXAMPLES = (
+    _LIST_EXAMPLES
+    + _INFO_EXAMPLES
+    + '  leo topic echo /joint_states --once\n  leo topic hz /joint_states\n'
+    + '  leo topic pub --once /voltage_controller/commands std_msgs/msg/Float64MultiArray'
+    + " '{data: [1.5]}'\n"
+)
+_STREAM_EXAMPLES = {
+    'leo topic echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
     '  leo topic echo /joint_states --json | head -5\n',
-    'hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
-    'pub': '  leo topic pub -r 20 /voltage_controller/commands std_msgs/msg/Float64MultiArray'
-    " '{data: [1.5]}'\n"
-    "  leo topic pub --once /chatter std_msgs/msg/String '{data: hello}'\n",
+    'leo topic hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
 }
+_PUB_EXAMPLES = (
+    '  leo topic pub -r 20 /voltage_controller/commands std_msgs/msg/Float64MultiArray'
+    " '{data: [1.5]}'\n"
+    "  leo topic pub --once /chatter std_msgs/msg/String '{data: hello}'\n"
+)
 _DEPTH = 100
 _MATCH_S = 3.0
 _LINGER_S = 0.3
@@ -30,18 +42,18 @@ _LINGER_S = 0.3
 def main(argv: list[str]) -> int:
     verbs = {'list': _list, 'info': _info, 'echo': _echo, 'hz': _hz, 'pub': _pub}
     description = 'List, look at and publish topics.'
-    return common.dispatch('leo topic', description, verbs, argv, ''.join(_EXAMPLES.values()))
+    return common.dispatch('leo topic', description, verbs, argv, _EXAMPLES)
 
 
 def _list(argv: list[str]) -> int:
     def found(node: Any) -> common.Pairs:
         return list(node.get_topic_names_and_types())
 
-    return common.list_typed(argv, 'topic', _EXAMPLES['list'], found, 'List the topics.')
+    return common.list_typed(argv, 'topic', _LIST_EXAMPLES, found, 'List the topics.')
 
 
 def _info(argv: list[str]) -> int:
-    parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _EXAMPLES['info'])
+    parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _INFO_EXAMPLES)
     parser.add_argument('topic')
     parser.flag('-v --verbose', 'each endpoint and its QoS')
     parser.add_json()
@@ -79,7 +91,7 @@ def _endpoint(info: Any) -> dict[str, Any]:
 
 
 def _echo(argv: list[str]) -> int:
-    options = _stream_options('echo', 'Print the messages of a topic.', 'message', argv)
+    options = _stream_options('leo topic echo', 'Print the messages of a topic.', 'message', argv)
     from leo_msgs_py.node import running, spin_once
 
     received: list[Any] = []
@@ -91,12 +103,13 @@ def _echo(argv: list[str]) -> int:
             # Not in the callback: rclpy logs what that raises, a closed pipe too.
             for message in received[:1] if options.once else received:
                 data = to_plain(message)
-                common.show(options, data, [f'{common.as_yaml(data)}---'])
+                text = json.dumps(data) if options.json else f'{common.as_yaml(data)}---'
+                print(text, flush=True)
     return 0
 
 
 def _hz(argv: list[str]) -> int:
-    options = _stream_options('hz', 'Print the rate of a topic.', 'line', argv)
+    options = _stream_options('leo topic hz', 'Print the rate of a topic.', 'line', argv)
     from leo_msgs_py.node import running, spin_until
 
     stamps: list[float] = []
@@ -106,7 +119,7 @@ def _hz(argv: list[str]) -> int:
             stamps.clear()
             spin_until(lambda: False, 1.0)
             if len(stamps) > 1:
-                common.show(options, *_rate(np.diff(stamps)))
+                _print_rate(np.diff(stamps), options.json)
             elif running():
                 print('no new messages', file=sys.stderr, flush=True)
             if options.once and len(stamps) > 1:
@@ -115,7 +128,7 @@ def _hz(argv: list[str]) -> int:
 
 
 def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argparse.Namespace:
-    parser = common.Parser(f'leo topic {verb}', about, _EXAMPLES[verb])
+    parser = common.Parser(verb, about, _STREAM_EXAMPLES[verb])
     parser.add_argument('topic')
     parser.add('type', 'type, where nobody publishes yet', nargs='?')
     parser.flag('--once', f'stop after the first {what}')
@@ -124,7 +137,7 @@ def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argpar
 
 
 def _pub(argv: list[str]) -> int:
-    parser = common.Parser('leo topic pub', 'Publish messages.', _EXAMPLES['pub'])
+    parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES)
     parser.add_argument('topic')
     parser.add('type', 'for example std_msgs/msg/String')
     parser.add('values', 'fields as YAML', nargs='?', default='')
@@ -176,7 +189,9 @@ def _matching(node: Any, topic: str) -> Any:
 
     offered = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
     reliable = all(p.reliability == ReliabilityPolicy.RELIABLE for p in offered)
-    latched = {p.durability for p in offered} == {DurabilityPolicy.TRANSIENT_LOCAL}
+    latched = bool(offered) and all(
+        p.durability == DurabilityPolicy.TRANSIENT_LOCAL for p in offered
+    )
     return QoSProfile(
         depth=_DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
@@ -184,10 +199,19 @@ def _matching(node: Any, topic: str) -> Any:
     )
 
 
-def _rate(gaps: np.ndarray) -> tuple[dict[str, float], list[str]]:
-    """The rate of messages and the gaps [s] between them, and both in words."""
-    low, high, spread, count = map(float, (gaps.min(), gaps.max(), gaps.std(), gaps.size + 1))
-    rate = 1 / float(gaps.mean())
-    data = {'rate': rate, 'min': low, 'max': high, 'std_dev': spread, 'window': count}
-    gap = f'min: {low:.4f} s max: {high:.4f} s std dev: {spread:.5f} s window: {count:.0f}'
-    return data, [f'average rate: {rate:.3f} Hz', f'\t{gap}']
+def _print_rate(gaps: np.ndarray, as_json: bool) -> None:
+    figures = {
+        'rate': 1 / gaps.mean(),
+        'min': gaps.min(),
+        'max': gaps.max(),
+        'std_dev': gaps.std(),
+        'window': gaps.size + 1,
+    }
+    if as_json:
+        text = json.dumps({name: float(value) for name, value in figures.items()})
+    else:
+        text = (
+            'average rate: {rate:.3f} Hz\n\tmin: {min:.4f} s max: {max:.4f} s '
+            'std dev: {std_dev:.5f} s window: {window}'
+        ).format(**figures)
+    print(text, flush=True)

@@ -19,7 +19,7 @@ from leo_sim.model.model import Model
 
 @dataclass(frozen=True)
 class Format:
-    name: str  # as it is called, and in `needs.SPEAKS`
+    name: str  # as it is called, and in `held.SPEAKS`
     ending: str  # of its files
     version: str  # what it was written for
     tree: Callable[[Model], ElementTree.Element] | None = None  # what writes it, where it is XML
@@ -51,15 +51,22 @@ def export(model: Model, ref: str, format_: Format, output: Path) -> Export:
     UserError: the format holds no such robot, or nothing has its inertial figures.
     """
     try:
-        found, beside = held(model, format_.name), output.with_suffix('.urdf')
-        left_out = (f'Left out: {line}.' for line in found.left_out)
-        said = [f'Made from {ref} by leo export, for {format_.version}.', *left_out]
-        if format_.tree is not None:
-            return Export(found, {output: _xml(format_.tree(found.model), said)})
-        program = isaac_lab(found.model, beside.name)
-        tree = urdf(found.model, dynamics=False)
+        return _export(model, ref, format_, output)
     except UserError as error:
         raise UserError(f'{ref}: {error}') from error
+
+
+def _export(model: Model, ref: str, format_: Format, output: Path) -> Export:
+    found = held(model, format_.name)
+    said = [
+        f'Made from {ref} by leo export, for {format_.version}.',
+        *(f'Left out: {line}.' for line in found.left_out),
+    ]
+    if format_.tree is not None:
+        return Export(found, {output: _xml(format_.tree(found.model), said)})
+    beside = output.with_suffix('.urdf')
+    program = isaac_lab(found.model, beside.name)
+    tree = urdf(found.model, dynamics=False)
     of_urdf = [f'Its joints and motors are in {output.name} beside it.', *said]
     return Export(found, {output: _python(program, said), beside: _xml(tree, of_urdf)})
 
