@@ -38,18 +38,16 @@ def test_it_stays_on_this_machine_and_notices_the_dead(fresh):
         assert re.search(r'<(leaseDuration><sec>4<|LeaseDuration>4 s<)', Path(text).read_text())
 
 
-@pytest.mark.parametrize('reach', ['SUBNET', 'OFF', 'SYSTEM_DEFAULT'])
-def test_a_reach_the_user_chose_is_kept(fresh, reach):
-    fresh.setenv(REACH, reach)
-    prepare()
-    assert os.environ[REACH] == reach
+CHOSEN = [(REACH, reach) for reach in ('SUBNET', 'OFF', 'SYSTEM_DEFAULT')]
 
 
-@pytest.mark.parametrize('name', [*FAST_DDS, CYCLONE])
-def test_a_profile_of_the_user_is_kept(fresh, name):
-    fresh.setenv(name, 'mine.xml')
+@pytest.mark.parametrize(
+    ('name', 'value'), [*CHOSEN, *((name, 'mine.xml') for name in (*FAST_DDS, CYCLONE))]
+)
+def test_a_reach_or_a_profile_the_user_chose_is_kept(fresh, name, value):
+    fresh.setenv(name, value)
     prepare()
-    assert os.environ[name] == 'mine.xml'
+    assert os.environ[name] == value
     assert (FAST_DDS[0] in os.environ) == (name != FAST_DDS[1])
 
 

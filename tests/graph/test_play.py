@@ -31,18 +31,21 @@ def periods(heard: list[Applied]) -> np.ndarray:
     return np.unique(number, return_index=True)[1]
 
 
-def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
-    (run,) = [
-        r
-        for r in menu(PENDULUM, Reach.of_levels(2 * np.ones(1)), 5.0)
-        if r.name == 'kick and let go'
-    ]
-    path = write_run(tmp_path / 'run.csv', run, PENDULUM)
+def applied_by(node: Node, interface: str) -> list[Applied]:
+    """What a robot applies from now on, in a list that grows."""
     heard: list[Applied] = []
-    kind, name, _ = topics.APPLIED['voltage']
+    kind, name, _ = topics.APPLIED[interface]
     node.create_subscription(
-        kind, name, lambda m: heard.append(Applied.from_message(m, 'voltage')), topics.LOSSLESS
+        kind, name, lambda m: heard.append(Applied.from_message(m, interface)), topics.LOSSLESS
     )
+    return heard
+
+
+def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
+    runs = menu(PENDULUM, Reach.of_levels(2 * np.ones(1)), 5.0)
+    (run,) = (r for r in runs if r.name == 'kick and let go')
+    path = write_run(tmp_path / 'run.csv', run, PENDULUM)
+    heard = applied_by(node, 'voltage')
     found: list[int] = []  # the robot has found what was subscribed to before
     kind, name, qos = topics.EPISODE
     node.create_subscription(kind, name, lambda m: found.append(m.data), qos)
@@ -74,11 +77,7 @@ def test_servos_go_gently_to_where_a_run_begins_once_somebody_agreed(node, spawn
     servo = load_robot('xl330_pendulum')
     run = Run('far', '', np.linspace(0.6, 0.7, 20)[:, None], np.ones(20, bool))
     path = write_run(tmp_path / 'run.csv', run, servo)
-    heard: list[Applied] = []
-    kind, name, _ = topics.APPLIED['position']
-    node.create_subscription(
-        kind, name, lambda m: heard.append(Applied.from_message(m, 'position')), topics.LOSSLESS
-    )
+    heard = applied_by(node, 'position')
     start_node(spawn, 'leo_sim', 'robot', 'robot:=xl330_pendulum', LOCKSTEP)
     ours, theirs = os.openpty()
     for typed, status in ((b'n\n', 1), (b'y\n', 0)):

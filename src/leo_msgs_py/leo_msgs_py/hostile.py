@@ -4,8 +4,6 @@
 Messages that cannot be deserialized never get here: the middleware drops them.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable
 from functools import partial
@@ -27,15 +25,7 @@ period's work. rclpy takes seconds for 10^5 names, and the node's loop waits for
 RCLError = rclpy_implementation.RCLError
 UNREADABLE = (RCLError, ValueError, MemoryError)  # what rclpy raises about something that arrived
 
-_SERVICES = (
-    srv.DescribeParameters,
-    srv.GetParameters,
-    srv.GetParameterTypes,
-    srv.ListParameters,
-    srv.SetParameters,
-    srv.SetParametersAtomically,
-    GetTypeDescription,
-)
+_SERVICES = *vars(srv).values(), GetTypeDescription
 _QUIET = 1.0  # time between two complaints [s]
 
 Callback = Callable[[Any, Any], Any]

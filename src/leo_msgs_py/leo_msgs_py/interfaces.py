@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Message and service classes by the names that the graph and the command line give them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One MCAP file as a stream of records, around what is damaged, up to its end or a cut."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator
 import hashlib
 from io import BytesIO
@@ -18,7 +16,6 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import CRCValidationError
 from mcap.writer import MCAP0_MAGIC
 import zstandard
 
@@ -26,14 +23,8 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 
 DAMAGE = (
-    McapError,
-    CRCValidationError,
-    struct.error,
-    zstandard.ZstdError,
-    RuntimeError,
-    UnicodeDecodeError,
-    OverflowError,
-    MemoryError,
+    *(McapError, struct.error, zstandard.ZstdError),
+    *(ValueError, RuntimeError, OverflowError, MemoryError),
 )
 """What readers of MCAP raise where bytes are not what was written."""
 LARGEST_CHUNK = 1 << 28
@@ -118,7 +109,9 @@ class McapFile:
     def _opened(self, chunk: Chunk) -> Iterator[McapRecord]:
         """Yield the records of a chunk; of a damaged one only what its topics are."""
         data = _unpacked(chunk)
-        if self.cut or _is_as_written(chunk, data):
+        as_written = len(data) == chunk.uncompressed_size
+        as_written &= chunk.uncompressed_crc in (0, zlib.crc32(data))
+        if self.cut or as_written:
             yield from self._framed(BytesIO(data))
             return
         self.damaged += 1
@@ -143,11 +136,6 @@ def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:
         return
     if summary is not None:
         yield from (*summary.schemas.values(), *summary.channels.values())
-
-
-def _is_as_written(chunk: Chunk, data: bytes) -> bool:
-    checksum_is_right = chunk.uncompressed_crc in (0, zlib.crc32(data))
-    return len(data) == chunk.uncompressed_size and checksum_is_right
 
 
 def _unpacked(chunk: Chunk) -> bytes:

@@ -4,8 +4,6 @@
 Set as ROS's own environment variables, and only where the user has not set them.
 """
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 import fcntl
 import os

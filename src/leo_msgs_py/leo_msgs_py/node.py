@@ -7,8 +7,6 @@
 Everything else is rclpy's own: nodes, parameters, timers, publishers, services.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches

@@ -5,8 +5,6 @@ rclpy's own take gives all that rmw knows of a message (rmw/types.h, Jazzy) but 
 function is called here, found through the library that rclpy has loaded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 import ctypes as c

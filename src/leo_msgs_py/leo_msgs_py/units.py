@@ -5,8 +5,6 @@ A unit is a product of symbols, each with an optional power, and at most one sla
 'N m s2/rad2', '1'. Angles count as numbers, so that V s/rad equals N m/A.
 """
 
-from __future__ import annotations
-
 import difflib
 from functools import cache
 import math
@@ -46,7 +44,7 @@ class Unit(NamedTuple):
     """Factor to SI and powers of m, kg, s, A."""
 
     factor: float
-    powers: tuple[int, int, int, int]
+    powers: tuple[int, ...]
 
 
 @cache
@@ -54,8 +52,7 @@ def parse(text: str) -> Unit:
     """Unit written as text. UserError: a symbol nobody knows, naming the nearest known."""
     factors = [(_symbol(symbol, text), power) for symbol, power in powers(text).items()]
     factor = math.prod(unit.factor**power for unit, power in factors)
-    m, kg, s, a = (sum(u.powers[i] * p for u, p in factors) for i in range(4))
-    return Unit(factor, (m, kg, s, a))
+    return Unit(factor, tuple(sum(u.powers[i] * p for u, p in factors) for i in range(4)))
 
 
 def powers(text: str) -> dict[str, int]:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files written whole or not at all."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 import errno

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Add effects to a model: from explain.json, or from words on the command line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import datetime
@@ -36,9 +34,8 @@ def from_data(
     the model may be of another robot that has the same places; constants that it does not have
     are left out. Errors call the data `source`.
 
-    Raises:
-        UserError: another robot, a place or a unit that this robot does not have, nothing named
-            in it, or a Python file that may not run.
+    UserError: another robot, a place or a unit that this robot does not have, nothing named in
+    it, or a Python file that may not run.
     """
     robot = data['provenance']['robot']
     if robot != model.robot.name and not sibling:
@@ -54,9 +51,7 @@ def from_data(
         )
     require((_file_or_name(row) for row in whole['effects']), source)
     placed = [_placed(model, row) for row in whole['effects']]
-    refitted = {
-        path: c for path, c in whole['constants'].items() if path in model.constants or not sibling
-    }
+    refitted = {k: c for k, c in whole['constants'].items() if k in model.constants or not sibling}
     moved = {'moved_from': robot} if robot != model.robot.name else {}
     entries = [entry | moved for entry in history(data)]
     return _refitted(changed(model, placed), source, refitted), entries
@@ -65,8 +60,7 @@ def from_data(
 def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
     """The model with effects given as EFFECT[:WHERE] PARAM=VALUE …, one after the other.
 
-    Raises:
-        UserError: unknown effect, place or parameter, no value or none within physical bounds.
+    UserError: unknown effect, place or parameter, no value or none within physical bounds.
     """
     added = []
     for word, *values in _each(words):
@@ -263,8 +257,7 @@ class _ExplanationFile(BaseModel):
 def read_explanation(path: Path) -> dict[str, Any]:
     """The content of an explain.json, by its path or its folder, of the form that is needed.
 
-    Raises:
-        UserError: no such file, no JSON, or no explain.json: file, where, what.
+    UserError: no such file, no JSON, or no explain.json: file, where, what.
     """
     path = path / 'explain.json' if path.is_dir() else path
     if not path.is_file():

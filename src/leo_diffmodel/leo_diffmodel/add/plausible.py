@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What to warn of where effects are added: values far out, a difference model that is lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from leo_diffmodel.explain.problem.candidates import limited

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Explain and add, again where something was left, until nothing new is supported."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags made from arrays: imported logs and simulated runs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages as they arrive: when, by a clock that nobody sets, and from whose robot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from enum import Enum
 import time

@@ -9,8 +9,6 @@ A bag is MCAP, or SQLite, rosbag2's other storage:
 Source: rosbag2_storage_sqlite3, schema versions 1 to 4 (Foxy to Jazzy).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass, field

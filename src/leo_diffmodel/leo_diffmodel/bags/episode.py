@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording: episodes of states and inputs, what is known of it; its parts by time and rate."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import itertools
@@ -114,6 +112,10 @@ class Recording:
         return str(self.metadata.get('held', '')).lower() == 'true'
 
 
+Recordings = Sequence[Recording]
+Span = tuple[float, float]  # begin and end of a stretch of time [s]
+
+
 def sample_period(recordings: Iterable[Recording]) -> float:
     """Median time from state to state over all recordings [s]; NaN where there are none."""
     steps = [r.steps for r in recordings if r.episodes]
@@ -162,9 +164,7 @@ def check(begin: float | None, end: float | None) -> tuple[float, float]:
     return low, high
 
 
-def kept(
-    recording: Recording, out: Sequence[tuple[float, float]], least: float
-) -> Recording | None:
+def kept(recording: Recording, out: Sequence[Span], least: float) -> Recording | None:
     """A recording less stretches of time [s], in order and apart; None if nothing is left.
 
     Pieces shorter than `least` [s] are dropped.
@@ -180,11 +180,9 @@ def kept(
     return replace(recording, episodes=left) if left else None
 
 
-def merged(
-    stretches: Iterable[tuple[float, float]], within: float
-) -> tuple[tuple[float, float], ...]:
+def merged(stretches: Iterable[Span], within: float) -> tuple[Span, ...]:
     """Stretches of time in order, those less than `within` [s] apart as one."""
-    out: list[tuple[float, float]] = []
+    out: list[Span] = []
     for begin, end in sorted(stretches):
         if out and begin - out[-1][1] < within:
             out[-1] = (out[-1][0], max(end, out[-1][1]))

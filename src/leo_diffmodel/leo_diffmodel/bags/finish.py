@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What makes a bag whole: an index, also where a recorder was killed, and metadata.yaml."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import Enum
@@ -135,10 +133,8 @@ def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
             channel = channels[r.channel_id]
             writer.add_message(channel, r.log_time, r.data, r.publish_time, r.sequence)
         elif isinstance(r, Channel) and r.id not in channels:
-            schema = schemas.get(r.schema_id, 0)
-            channels[r.id] = writer.register_channel(
-                r.topic, r.message_encoding, schema, r.metadata
-            )
+            facts = r.topic, r.message_encoding, schemas.get(r.schema_id, 0), r.metadata
+            channels[r.id] = writer.register_channel(*facts)
         elif isinstance(r, Schema) and r.id not in schemas:
             schemas[r.id] = writer.register_schema(r.name, r.encoding, r.data)
         elif isinstance(r, Metadata):
@@ -173,26 +169,26 @@ def _information(summaries: Mapping[Path, tuple[Summary, Statistics]]) -> dict[s
     return {
         'version': 9,
         'storage_identifier': 'mcap',
-        'duration': {'nanoseconds': end - start},
-        'starting_time': {'nanoseconds_since_epoch': start},
-        'message_count': sum(s.message_count for s in statistics),
+        **_extent(start, end, sum(s.message_count for s in statistics)),
         'topics_with_message_count': _topics(summaries.values()),
         'compression_format': '',
         'compression_mode': '',
         'relative_file_paths': [file.name for file in summaries],
-        'files': [_file_entry(file, s) for file, (_, s) in summaries.items()],
+        'files': [
+            {'path': file.name}
+            | _extent(s.message_start_time, s.message_end_time, s.message_count)
+            for file, (_, s) in summaries.items()
+        ],
         'custom_data': None,
         'ros_distro': 'jazzy',
     }
 
 
-def _file_entry(file: Path, statistics: Statistics) -> dict[str, Any]:
-    start, end = statistics.message_start_time, statistics.message_end_time
+def _extent(start: int, end: int, count: int) -> dict[str, Any]:
     return {
-        'path': file.name,
         'starting_time': {'nanoseconds_since_epoch': start},
         'duration': {'nanoseconds': end - start},
-        'message_count': statistics.message_count,
+        'message_count': count,
     }
 
 

@@ -9,8 +9,6 @@ velocities the controller draws a spline; straight lines are off from it by less
 from its neighbours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, zip_longest
 import struct
@@ -139,8 +137,7 @@ def read_goals(
         states and where they turn, each held to the next, in the bag's signs and zeros [rad, m],
         shape (N, A).
 
-    Raises:
-        UserError: a joint has no goal, or two topics' trajectories.
+    UserError: a joint has no goal, or two topics' trajectories.
     """
     found = {topic.name: said for topic in goal_topics(bag, role) if (said := _asked(topic))}
     named = {name for said in found.values() for a in said for name in a.names}
@@ -173,11 +170,7 @@ def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role)
 
 
 def _run(
-    states: StateLog,
-    run: slice,
-    asked: list[tuple[str, list[Asked]]],
-    measured: Floats,
-    role: Role,
+    states: StateLog, run: slice, asked: list[tuple[str, list[Asked]]], angles: Floats, role: Role
 ) -> tuple[Stamps, Stamps, Floats]:
     """Log times, stamps and goals of one run; none before all joints have one."""
     t = states.stamp_ns[run]
@@ -195,8 +188,7 @@ def _run(
     begin = max(of[0].begin for of in legs)
     stamps = np.unique(inside[(inside >= max(begin, t[0])) & (inside <= t[-1])])
     starts = (
-        float(np.interp(of[0].begin - t[0], t - t[0], measured[run, a]))
-        for a, of in enumerate(legs)
+        float(np.interp(of[0].begin - t[0], t - t[0], angles[run, a])) for a, of in enumerate(legs)
     )
     values = [_sampled(of, stamps, start) for of, start in zip(legs, starts, strict=True)]
     return stamps + delay, stamps, np.column_stack(values)

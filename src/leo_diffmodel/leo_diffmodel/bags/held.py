@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs that hold from stamp to stamp: their means over steps, and which go with which states."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ What is a hundred times beyond what the robot can do, and as far beyond what its
 says, is left out. A whole channel in another unit stays, for `leo check` to say so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,7 +15,7 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 from leo_sim.description.constants import INPUT_UNITS
 from leo_sim.description.joint import sliding
-from leo_sim.description.robot import Actuator, Robot
+from leo_sim.description.robot import Robot
 
 from .states import StateLog
 from .topic_map import TopicMap
@@ -59,7 +57,7 @@ def input_channels(robot: Robot, kind: str) -> list[Channel]:
     """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
     channels = []
     for motor in robot.actuators:
-        most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': _stall(motor)}[kind]
+        most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': motor.stall}[kind]
         slides, unit = motor.joint in robot.slides, INPUT_UNITS[kind]
         name = f'inputs of {motor.joint}'
         channels.append(Channel(name, sliding(unit) if slides else unit, most))
@@ -91,16 +89,9 @@ def _channels(robot: Robot, seconds: float) -> tuple[list[Channel], list[Channel
     for motor in robot.actuators:
         if motor.supply is not None and motor.torque_constant:  # without load
             speed[motor.joint] = max(FAST, motor.supply / motor.torque_constant)
-    torque = dict.fromkeys(unit, ABSURD) | {a.joint: _stall(a) for a in robot.actuators}
+    torque = dict.fromkeys(unit, ABSURD) | {a.joint: a.stall for a in robot.actuators}
     return (
         [Channel(f'positions of {n}', u, max(seconds, 1.0) * speed[n]) for n, u in unit.items()],
         [Channel(f'velocities of {n}', f'{u}/s', speed[n]) for n, u in unit.items()],
         [Channel(f'efforts of {n}', force[u], torque[n]) for n, u in unit.items()],
     )
-
-
-def _stall(motor: Actuator) -> float:
-    """Largest torque [N m]: of a motor on a voltage that of its supply at rest."""
-    if motor.supply is None or motor.torque_constant is None or not motor.resistance:
-        return motor.limit
-    return motor.torque_constant * motor.supply / motor.resistance

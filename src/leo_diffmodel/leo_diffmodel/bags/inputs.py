@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What drove the robot, from the best source a bag has."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -101,21 +99,17 @@ class _Inputs:
     bag: RobotBag
     states: StateLog
 
-    @property
-    def robot(self) -> Robot:
-        return self.bag.robot
-
     def applied(self) -> InputLog | None:
-        interface = INTERFACES[self.robot.input]
+        interface = INTERFACES[self.bag.robot.input]
         topic = self.bag.topic('applied', APPLIED[interface].name)
         return self._stated(topic, partial(_applied_row, field_of(interface)))
 
     def dynamic(self) -> InputLog | None:
-        named = self.bag.map.interface
-        if self.robot.input == 'position' and named is None:
+        named, kind = self.bag.map.interface, self.bag.robot.input
+        if kind == 'position' and named is None:
             return None  # the positions there are measured ones, no goals
         topic = self.bag.topic('dynamic_joint_states')
-        return self._stated(topic, partial(_dynamic_row, named or INTERFACES[self.robot.input]))
+        return self._stated(topic, partial(_dynamic_row, named or INTERFACES[kind]))
 
     def _stated(
         self, topic: TopicLog | None, row: Callable[[Any, Sequence[str]], Row | None]
@@ -137,10 +131,10 @@ class _Inputs:
         return self._usable(topic.name, log, stamp, self._ours(values), enabled)
 
     def commanded(self) -> InputLog | None:
-        topic = self.bag.topic('commands', COMMANDS[self.robot.input])
+        topic = self.bag.topic('commands', COMMANDS[self.bag.robot.input])
         if topic is None:
             return None
-        joints = [a.joint for a in self.robot.actuators]
+        joints = [a.joint for a in self.bag.robot.actuators]
         order = self.bag.map.command_order or joints
         if missing := [joint for joint in joints if joint not in order]:
             raise UserError(f'command_order in the topic map lacks {", ".join(missing)}')
@@ -160,7 +154,7 @@ class _Inputs:
         return self._usable(topic.name, log, self._to_robot_time(log), values, dropped=short)
 
     def asked(self, role: Role) -> InputLog | None:
-        robot, states = self.robot, self.states
+        robot, states = self.bag.robot, self.states
         if robot.input != 'position' or not robot.actuators:
             return None
         zero, one = (self._ours(np.full((1, len(robot.actuators)), x)) for x in (0, 1))
@@ -172,7 +166,7 @@ class _Inputs:
         return self._usable(source, log, stamp, self._ours(theirs))
 
     def effort(self) -> InputLog | None:
-        robot, states = self.robot, self.states
+        robot, states = self.bag.robot, self.states
         if states.effort is None or not robot.actuators:
             return None
         values = states.effort[:, list(robot.actuated)]
@@ -190,8 +184,8 @@ class _Inputs:
         return self._usable('effort', states.log_ns, states.stamp_ns, values)
 
     def _ours(self, values: Floats) -> Floats:
-        joints = [a.joint for a in self.robot.actuators]
-        return self.bag.map.inputs(values, joints, self.robot.input)
+        joints = [a.joint for a in self.bag.robot.actuators]
+        return self.bag.map.inputs(values, joints, self.bag.robot.input)
 
     def _to_robot_time(self, log: Stamps) -> Stamps:
         """Map log times to the robot's clock by the median delay of the states."""
@@ -208,9 +202,9 @@ class _Inputs:
         dropped: int = 0,
     ) -> InputLog | None:
         """Inputs, always enabled by default, without messages with NaN or what no robot has."""
-        kind = self.robot.input
+        kind = self.bag.robot.input
         finite = np.isfinite(values).all(axis=1)
-        beyond, notes = impossible(values, input_channels(self.robot, kind))
+        beyond, notes = impossible(values, input_channels(self.bag.robot, kind))
         keep = np.asarray(finite & ~beyond.any(axis=1))
         if not keep.any():
             return None

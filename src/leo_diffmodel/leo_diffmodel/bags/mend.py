@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Put the channels of a recording right as a topic map says: units, zeros, late ones, time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a user should know about a bag that was read, one line each."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leo_sim.drivers.base import INTERFACES
 
-from .contents import BagContents, TopicLog
+from .contents import TopicLog
 from .finish import is_recording
 from .inputs import InputLog
 from .passive import named, unread_commands
@@ -31,14 +29,12 @@ def notes_of(
 
     `used` is how many states are in an episode.
     """
-    found = [*_of_states(bag.contents, states, segments, used), *_of_inputs(bag, states, inputs)]
+    found = [*_of_states(bag, states, segments, used), *_of_inputs(bag, states, inputs)]
     return tuple(f'{bag.path}: {text}' for text in found)
 
 
-def _of_states(
-    contents: BagContents, states: StateLog, segments: Segments, used: int
-) -> list[str]:
-    unused = len(states.q) - used
+def _of_states(bag: RobotBag, states: StateLog, segments: Segments, used: int) -> list[str]:
+    contents, unused = bag.contents, len(states.q) - used
     broken = sum(topic.broken for topic in contents.topics.values())
     lost = contents.metadata.get('leo', {}).get('lost')
     said = any(DIFFERENTIATED in text for text in states.notes)
@@ -93,9 +89,7 @@ def _of_inputs(bag: RobotBag, states: StateLog, inputs: InputLog | None) -> list
     return notes
 
 
-def _passed_over(
-    bag: RobotBag, applied: Sequence[TopicLog], inputs: InputLog | None
-) -> Iterator[str]:
+def _passed_over(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None) -> Iterator[str]:
     """Topics that say what was applied, but not what this robot needs."""
     source = inputs.source if inputs else 'none, so the bag counts as passive'
     if any(topic.name == source and topic.type == JOINT_STATE for topic in applied):
@@ -109,7 +103,7 @@ def _passed_over(
             )
 
 
-def _unread(bag: RobotBag, applied: Sequence[TopicLog], inputs: InputLog | None) -> Iterator[str]:
+def _unread(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None) -> Iterator[str]:
     """Topics that look like commands, where no topic says what was applied."""
     if inputs is None or inputs.source in {topic.name for topic in applied}:
         return

@@ -4,8 +4,6 @@
 Goals, and topics that look like commands, say that they were not.
 """
 
-from __future__ import annotations
-
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo bag play`: a bag back into the graph, with its types, QoS, stamps and timing."""
 
-from __future__ import annotations
-
 from operator import itemgetter
 from pathlib import Path
 import time
@@ -52,7 +50,11 @@ def play(
         played = _play_once(messages, rate)
         while loop and running():
             played += _play_once(messages, rate)
-        _acknowledge(publishers)
+        end = time.monotonic() + ACKNOWLEDGE_SECONDS
+        for publisher in publishers:  # until the reliable readers have everything
+            if running():
+                left = max(0.0, end - time.monotonic())
+                publisher.wait_for_all_acked(Duration(seconds=left))
     return played
 
 
@@ -104,12 +106,3 @@ def _play_once(messages: list[tuple[int, bytes, Publisher]], rate: float) -> int
             return played
         publisher.publish(data)
     return len(messages)
-
-
-def _acknowledge(publishers: list[Publisher]) -> None:
-    """Wait until the reliable readers have everything."""
-    end = time.monotonic() + ACKNOWLEDGE_SECONDS
-    for publisher in publishers:
-        if running():
-            left = max(0.0, end - time.monotonic())
-            publisher.wait_for_all_acked(Duration(seconds=left))

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recording serialized messages into one bag after another; knows no node."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 import struct
 import time
@@ -252,7 +250,5 @@ def header_stamp(data: bytes) -> int:
 
 def free_folder(base: Path) -> Path:
     """Return `base`, or the first of `base_1`, `base_2`, ... that does not exist."""
-    if not base.exists():
-        return base
     numbered = (base.with_name(f'{base.name}_{number}') for number in count(1))
-    return next(folder for folder in numbered if not folder.exists())
+    return next(folder for folder in chain([base], numbered) if not folder.exists())

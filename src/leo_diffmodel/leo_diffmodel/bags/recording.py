@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bag as compare, explain and the difference model want it: episodes of states and inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -16,6 +14,7 @@ from leo_sim.description.robot import load_robot, Robot
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
+from .episode import Recordings as Recordings
 from .held import average, Held, held_inputs
 from .impossible import without_impossible
 from .inputs import InputLog, on_the_angles_turn, read_inputs
@@ -99,12 +98,16 @@ def held_each_way(
 
 def _states(bag: RobotBag) -> StateLog:
     """The joint states, filtered; refuse a bag without any that are of use."""
-    if not bag.contents.message_count:
-        raise UserError(f'{bag.path} {_why_nothing(bag.contents)}')
+    contents = bag.contents
+    if not contents.message_count:
+        empty = contents.finished or not any(file.stat().st_size for file in contents.files)
+        cut = 'is damaged, or was cut before the first message: nothing in it reads; record again'
+        never = 'is empty: nothing was recorded; was the robot running?'
+        raise UserError(f'{bag.path} {never if empty else cut}')
     topic = bag.topic('joint_states')
     if topic is None:
         raise UserError(
-            f'{bag.path} has no topic /joint_states; it has {list_topics(bag.contents)}. '
+            f'{bag.path} has no topic /joint_states; it has {list_topics(contents)}. '
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
     try:
@@ -119,12 +122,6 @@ def _states(bag: RobotBag) -> StateLog:
             'motion of a robot shows; which unit is its time in?'
         )
     return states
-
-
-def _why_nothing(contents: BagContents) -> str:
-    if contents.finished or not any(file.stat().st_size for file in contents.files):
-        return 'is empty: nothing was recorded; was the robot running?'
-    return 'is damaged, or was cut before the first message: nothing in it reads; record again'
 
 
 def _episodes(

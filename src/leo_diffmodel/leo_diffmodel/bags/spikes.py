@@ -5,8 +5,6 @@ An encoder that counts one turn jumps by a turn at its zero. A driver that diffe
 counts says so fast a rate for one sample; the angle, put right elsewhere, knows nothing of it.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

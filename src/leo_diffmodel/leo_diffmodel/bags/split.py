@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where states break, so that no window crosses a reset, a restart or a gap; wrapped angles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

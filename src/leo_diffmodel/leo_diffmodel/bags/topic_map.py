@@ -9,8 +9,6 @@ A topic map has any of these keys; docs/your_robot.md explains all of them:
     scale: 0.0156                                            # supply / 885 of a PWM in counts
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite

@@ -9,8 +9,6 @@ sample is noise of the sensor, or its steps. A speed that repeats the noise of t
 the angle, and not only the motion, is those differences.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 import math
 from warnings import catch_warnings

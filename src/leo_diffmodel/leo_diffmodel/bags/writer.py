@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A file that is written whole: what a full disk does not take waits in memory."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import fcntl
@@ -174,9 +172,8 @@ class BagWriter:
             return self._channels[name]
         text, digest = definition(type_name)
         if type_name not in self._schemas:
-            self._schemas[type_name] = self._writer.register_schema(
-                type_name, 'ros2msg', text.encode()
-            )
+            form = type_name, 'ros2msg', text.encode()
+            self._schemas[type_name] = self._writer.register_schema(*form)
         schema = self._schemas[type_name]
         facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
         self._channels[name] = self._writer.register_channel(name, 'cdr', schema, facts)

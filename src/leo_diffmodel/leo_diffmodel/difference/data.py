@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
@@ -12,10 +12,11 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 
 if TYPE_CHECKING:
-    from leo_diffmodel.bags.recording import Episode, Recording
+    from leo_diffmodel.bags.recording import Episode, Recording, Recordings
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
+Array = np.ndarray
 LATE = 0.1  # a step whose length differs from the control period by a larger share is left out
 
 
@@ -23,19 +24,19 @@ LATE = 0.1  # a step whose length differs from the control period by a larger sh
 class Transitions:
     """N control steps in time order: state, held input, next state measured and predicted."""
 
-    q: np.ndarray  # before the step [rad], (N, J)
-    dq: np.ndarray  # [rad/s], (N, J)
-    inputs: np.ndarray  # held [V, N m or rad], (N, A)
-    q_next: np.ndarray  # measured after it, (N, J)
-    dq_next: np.ndarray
-    q_model: np.ndarray  # predicted by the model, (N, J)
-    dq_model: np.ndarray
+    q: Array  # before the step [rad], (N, J)
+    dq: Array  # [rad/s], (N, J)
+    inputs: Array  # held [V, N m or rad], (N, A)
+    q_next: Array  # measured after it, (N, J)
+    dq_next: Array
+    q_model: Array  # predicted by the model, (N, J)
+    dq_model: Array
     period: float  # length of every step [s]
 
     def __len__(self) -> int:
         return len(self.q)
 
-    def part(self, rows: slice | np.ndarray) -> Transitions:
+    def part(self, rows: slice | Array) -> Transitions:
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != 'period'}
         return replace(self, **arrays)
 
@@ -62,7 +63,7 @@ def transitions(
     return predicted(Transitions(q, dq, inputs, q_next, dq_next, q_next, dq_next, period), model)
 
 
-def _period(recordings: Sequence[Recording]) -> float:
+def _period(recordings: Recordings) -> float:
     """The control period of all [s], that of the first."""
     period = recordings[0].command_period
     for r in recordings:
@@ -82,7 +83,7 @@ def predicted(steps: Transitions, model: Model) -> Transitions:
     return replace(steps, q_model=q[:, 1], dq_model=dq[:, 1])
 
 
-def _steps(episode: Episode, period: float) -> Iterator[tuple[np.ndarray, ...]]:
+def _steps(episode: Episode, period: float) -> Iterator[tuple[Array, ...]]:
     """Steps of one control period within which the input did not change, motors on."""
     spacing = float(np.median(np.diff(episode.t)))
     stride = max(1, round(period / spacing))
@@ -93,7 +94,7 @@ def _steps(episode: Episode, period: float) -> Iterator[tuple[np.ndarray, ...]]:
         yield episode.q[k], episode.dq[k], episode.inputs[k], episode.q[end], episode.dq[end]
 
 
-def _held(episode: Episode, stride: int) -> np.ndarray:
+def _held(episode: Episode, stride: int) -> Array:
     steps = len(episode.t) - stride
     held = np.ones(max(steps, 0), bool)
     for shift in range(stride):
@@ -103,7 +104,7 @@ def _held(episode: Episode, stride: int) -> np.ndarray:
     return held
 
 
-def _on_time(episode: Episode, stride: int, period: float) -> np.ndarray:
+def _on_time(episode: Episode, stride: int, period: float) -> Array:
     length = episode.t[stride:] - episode.t[:-stride]
     return np.abs(length - period) <= LATE * period
 
@@ -120,22 +121,20 @@ class Layout:
     def states(self) -> int:
         return 2 * len(self.continuous) + sum(self.continuous)
 
-    def state(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    def state(self, q: Array, dq: Array) -> Array:
         """State vector (..., states) of joint angles and rates (..., J)."""
         turning = np.array(self.continuous)
         angles = q[..., turning]
         return np.concatenate([np.cos(angles), np.sin(angles), q[..., ~turning], dq], axis=-1)
 
-    def network_input(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    def network_input(self, q: Array, dq: Array, inputs: Array) -> Array:
         """State vector and input (..., states + A), the base's x left out of account."""
         if self.planar:
             q = q.copy()
             q[..., 0] = 0.0
         return np.concatenate([self.state(q, dq), inputs], axis=-1)
 
-    def moved(
-        self, q: np.ndarray, dq: np.ndarray, difference: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def moved(self, q: Array, dq: Array, difference: Array) -> tuple[Array, Array]:
         """Joint angles and rates after adding `difference` (..., states) to their state vector.
 
         A continuous joint stays within half a turn of where it was.

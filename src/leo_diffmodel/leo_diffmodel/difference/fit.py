@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit the difference model to transitions: as the thesis does, or as measured to be better."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 
-from leo_diffmodel.difference.data import LATE, layout_of, Transitions
+from leo_diffmodel.difference.data import Array, LATE, layout_of, Transitions
 from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.training import OnEpoch, Targets, targets, train
@@ -96,18 +94,16 @@ def held_out(steps: Transitions) -> Transitions:
     return steps.part(slice(round(TRAIN * len(steps)), None))
 
 
-def one_step_mse(
-    steps: Transitions, difference: DifferenceModel, model: Model
-) -> tuple[float, float]:
+def one_step_mse(steps: Transitions, fitted: DifferenceModel, model: Model) -> tuple[float, float]:
     """Mean squared error over the state vector without and with the difference model."""
-    layout = difference.layout
+    layout = fitted.layout
     real = layout.state(steps.q_next, steps.dq_next)
     ideal = layout.state(steps.q_model, steps.dq_model)
-    corrected = layout.state(*difference.predict(steps, model))
+    corrected = layout.state(*fitted.predict(steps, model))
     return float(np.mean((real - ideal) ** 2)), float(np.mean((real - corrected) ** 2))
 
 
-def calibration(difference: DifferenceModel, data: Targets) -> np.ndarray:
+def calibration(difference: DifferenceModel, data: Targets) -> Array:
     """Rms of error over predicted error of every output, (C,), on data of no fit; 1 is right."""
     assert difference.trust is not None
     error, spread = _errors(difference.network, data)
@@ -133,7 +129,7 @@ def _trust(network: Network, fitted: Targets, watched: Targets) -> Trust:
     return calibrated(*_errors(network, watched), bound, usual)
 
 
-def _errors(network: Network, data: Targets) -> tuple[np.ndarray, np.ndarray]:
+def _errors(network: Network, data: Targets) -> tuple[Array, Array]:
     """Error of the members' mean and spread of the members, both (N, C)."""
     with torch.no_grad():
         each = network.members(data.x)
@@ -142,19 +138,14 @@ def _errors(network: Network, data: Targets) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _report(
-    difference: DifferenceModel,
-    steps: Transitions,
-    data: Targets,
-    cut: int,
-    model: Model,
-    epochs: int,
+    fitted: DifferenceModel, steps: Transitions, data: Targets, cut: int, model: Model, epochs: int
 ) -> Report:
     last = held_out(steps)
-    report = Report(*one_step_mse(last, difference, model), len(steps), epochs)
-    if difference.trust is None:
+    report = Report(*one_step_mse(last, fitted, model), len(steps), epochs)
+    if fitted.trust is None:
         return report
-    found = calibration(difference, data.part(slice(cut, None)))
-    factor = difference.judge(last.q, last.dq, last.inputs).factor
+    found = calibration(fitted, data.part(slice(cut, None)))
+    factor = fitted.judge(last.q, last.dq, last.inputs).factor
     return replace(
         report,
         calibration_least=float(found.min()),

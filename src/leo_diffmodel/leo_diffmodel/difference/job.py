@@ -21,7 +21,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.consent import add_effect_argument
 
 if TYPE_CHECKING:
-    from leo_diffmodel.bags.recording import Recording
+    from leo_diffmodel.bags.recording import Recording, Recordings
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
@@ -143,7 +143,6 @@ def main(argv: list[str]) -> int:
     add_effect_argument(parser)
     parser.add_argument('--start', nargs='*', type=Path, default=[], help='weights, newest first')
     parser.add_argument('--version', type=int, default=1, help='that the weights have at least')
-    parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
     parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
     options = parser.parse_args(argv)
     try:
@@ -168,7 +167,7 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     recordings = _readable(options.bags, model.robot)
     if options.repair:
         model, base = repaired(recordings, model, options.output.with_suffix('.yaml'))
-    steps = transitions(recordings, model, options.limit)
+    steps = transitions(recordings, model)
     _, start = first_whole(options.start, partial(print, file=sys.stderr)) or (b'', None)
     config = CONFIGS[options.config]
     fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Printer())
@@ -211,7 +210,7 @@ class _Printer:
             print(json.dumps({'epoch': done, 'epochs': total, 'loss': loss}), flush=True)
 
 
-def repaired(recordings: Sequence[Recording], model: Model, path: Path) -> tuple[Model, str]:
+def repaired(recordings: Recordings, model: Model, path: Path) -> tuple[Model, str]:
     """The model with the effects that explain the recordings, written to `path`, and its text.
 
     The text names a robot folder in full, since it is read elsewhere too.

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fitted difference model: what it adds to a model's step, how sure it is, and its file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 import hashlib
@@ -16,7 +14,7 @@ from safetensors.torch import save
 import torch
 from torch import Tensor
 
-from leo_diffmodel.difference.data import Layout, layout_of, Transitions
+from leo_diffmodel.difference.data import Array, Layout, layout_of, Transitions
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.tensors import DAMAGE, read_tensors
 from leo_diffmodel.difference.trust import Trust
@@ -34,9 +32,9 @@ TRUST = 'trust.'
 class Judged(NamedTuple):
     """A correction and how far it is to be believed; C outputs."""
 
-    correction: np.ndarray  # what is applied, (..., C)
-    factor: np.ndarray  # share of it that is left, 1 within the data, (...); 1 of a single network
-    channel: np.ndarray | None  # output furthest from its data, (...); None of a single network
+    correction: Array  # what is applied, (..., C)
+    factor: Array  # share of it that is left, 1 within the data, (...); 1 of a single network
+    channel: Array | None  # output furthest from its data, (...); None of a single network
 
 
 @dataclass(frozen=True)
@@ -58,11 +56,11 @@ class DifferenceModel:
     over: Mapping[str, Any] = field(default_factory=dict)  # `of_model` of what it goes on top of
     source: str = 'the difference model'  # file or topic it was read from
 
-    def __call__(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    def __call__(self, q: Array, dq: Array, inputs: Array) -> Array:
         """The correction, (..., C), for angles and rates (..., J) and inputs (..., A)."""
         return self.judge(q, dq, inputs).correction
 
-    def judge(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> Judged:
+    def judge(self, q: Array, dq: Array, inputs: Array) -> Judged:
         """The correction and how far it is to be believed.
 
         Angles and rates as measured, (..., J); held inputs [V, N m or rad], (..., A). What is
@@ -81,7 +79,7 @@ class DifferenceModel:
             correction = factor[..., None] * correction
         return Judged(correction, factor, (strain / self.trust.limit).argmax(axis=-1))
 
-    def members(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    def members(self, q: Array, dq: Array, inputs: Array) -> Array:
         """What each member says, (M, ..., C)."""
         with np.errstate(over='ignore', invalid='ignore'):
             x = self.layout.network_input(q, dq, inputs).astype(np.float32)
@@ -89,9 +87,7 @@ class DifferenceModel:
             each = self.network.members(torch.from_numpy(x.reshape(-1, x.shape[-1])))
         return each.double().numpy().reshape(len(each), *x.shape[:-1], -1)
 
-    def applied(
-        self, model: Model, before: State, inputs: np.ndarray, correction: np.ndarray
-    ) -> State:
+    def applied(self, model: Model, before: State, inputs: Array, correction: Array) -> State:
         """The state one control period after `before`, with a correction (C,) of `judge`.
 
         Inputs are held [V, N m or rad], (A,).
@@ -107,7 +103,7 @@ class DifferenceModel:
             q = np.clip(q, *model.laws.stops)
         return replace(after, q=q, dq=dq)
 
-    def predict(self, steps: Transitions, model: Model) -> tuple[np.ndarray, np.ndarray]:
+    def predict(self, steps: Transitions, model: Model) -> tuple[Array, Array]:
         """Angles and rates (N, J) after each of `steps` on `model` with the correction."""
         correction = self(steps.q, steps.dq, steps.inputs)
         if self.config.form == 'torque':
@@ -127,7 +123,13 @@ class DifferenceModel:
         none for this program, or cannot be written.
         """
         self.check(given.robot)
-        beneath = self._written(path) if self.base else given
+        beneath = given
+        if self.base:
+            try:
+                write_whole(path, self.base)
+            except OSError as error:
+                raise UserError(f'cannot write {path}: {error.strerror}') from error
+            beneath = load_model(path)
         if said := differing(self.over, of_model(beneath)):
             raise UserError(
                 f'{self.source} was fitted over a model with {said}; fit it anew over this one '
@@ -162,13 +164,6 @@ class DifferenceModel:
     @property
     def digest(self) -> str:
         return hashlib.sha256(save(self._tensors())).hexdigest()[:12]
-
-    def _written(self, path: Path) -> Model:
-        try:
-            write_whole(path, self.base)
-        except OSError as error:
-            raise UserError(f'cannot write {path}: {error.strerror}') from error
-        return load_model(path)
 
     def _tensors(self) -> dict[str, Tensor]:
         trust = {} if self.trust is None else self.trust.arrays()

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The network d(s, a), one or an ensemble of them side by side, and its configurations."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 

@@ -15,6 +15,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8MultiArray
 
+from leo_diffmodel.difference.data import Array
 from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
@@ -145,9 +146,7 @@ class DifferenceService:
         wanted = {'position': q_wanted.tolist(), 'velocity': dq_wanted.tolist()}
         self._corrections.publish(JointState(header=message.header, name=names, **wanted))
 
-    def _answer(
-        self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _answer(self, q: Array, dq: Array, inputs: Array) -> tuple[Array, Array]:
         """What is to be added, (J,) each; nothing to a state that no step begins from."""
         if self._difference is not None:
             try:
@@ -158,13 +157,8 @@ class DifferenceService:
 
 
 def correction(
-    model: Model,
-    corrected: Model,
-    difference: DifferenceModel,
-    q: np.ndarray,
-    dq: np.ndarray,
-    inputs: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+    model: Model, corrected: Model, difference: DifferenceModel, q: Array, dq: Array, inputs: Array
+) -> tuple[Array, Array]:
     """What is to be added to the next angles [rad] and rates [rad/s] of `model`, both (J,).
 
     `corrected` is the model that `difference` goes on top of: the same, or a repaired one. State
@@ -179,7 +173,7 @@ def correction(
     return found if np.isfinite(found).all() else (np.zeros_like(q), np.zeros_like(dq))
 
 
-def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def read_query(message: JointState, model: Model) -> tuple[Array, Array, Array]:
     """Angles and rates (J,) and inputs (A,) of a query; UserError where one is missing."""
     robot = model.robot
     asked = JointStates.from_message(message).of(robot.joint_names)

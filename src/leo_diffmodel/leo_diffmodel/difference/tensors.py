@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Safetensors from a file or a topic that may be damaged, with the texts that go with them."""
 
-from __future__ import annotations
-
 import json
 
 from safetensors import SafetensorError

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The gradient steps of a fit; the members of an ensemble side by side, each on its batches."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from leo_diffmodel.compare.sizes import stall_torque
-from leo_diffmodel.difference.data import layout_of, Transitions
+from leo_diffmodel.difference.data import Array, layout_of, Transitions
 from leo_diffmodel.difference.network import Config, Network, spread_of
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -23,6 +22,48 @@ STEEP = 1.5
 """A step whose next state depends on the torque this many times as much as usual holds an impact
 or a slip that the torque moves in time; its weight falls so that it counts no more than that."""
 RIDGE = 1e-2  # keeps a torque that hardly moves anything (at a stop) from explaining everything
+
+
+@dataclass(frozen=True)
+class Targets:
+    """N transitions as a network sees them, float32.
+
+    `effect` is how the state vector moves per N m of output, weighted like `y`; None where the
+    output is the move.
+    """
+
+    x: Tensor  # network inputs (N, states + A)
+    y: Tensor  # what its output has to add to the state vector, (N, states)
+    effect: Tensor | None = None  # (N, states, A)
+
+    def part(self, rows: slice | Tensor) -> Self:
+        effect = None if self.effect is None else self.effect[rows]
+        return replace(self, x=self.x[rows], y=self.y[rows], effect=effect)
+
+    def moved(self, output: Tensor) -> Tensor:
+        """How the state vector moves, (..., N, states), for outputs (..., N, outputs)."""
+        return output if self.effect is None else (self.effect @ output[..., None])[..., 0]
+
+    def lacking(self, output: Tensor, size: Tensor) -> Tensor:
+        """What outputs (N, outputs) should have been more, (N, outputs).
+
+        `size` is the usual size of an output, (outputs,).
+        """
+        missing = self.y - self.moved(output)
+        if self.effect is None:
+            return missing
+        spread = spread_of(self.y)
+        effect, missing = self.effect * size / spread[:, None], missing / spread
+        normal = effect.mT @ effect + RIDGE * torch.eye(len(size))
+        return torch.linalg.solve(normal, (effect.mT @ missing[..., None])[..., 0]) * size
+
+    def output_size(self) -> Tensor:
+        """Usual size of each output, (outputs,): a torque's is what would explain all of `y`."""
+        spread = spread_of(self.y)
+        if self.effect is None:
+            return spread
+        strength = (self.effect / spread[:, None]).square().mean((0, 1)).sqrt()
+        return 1.0 / strength.clamp_min(1e-9)
 
 
 def train(
@@ -106,48 +147,6 @@ class _Best:
         return self._epoch
 
 
-@dataclass(frozen=True)
-class Targets:
-    """N transitions as a network sees them, float32.
-
-    `effect` is how the state vector moves per N m of output, weighted like `y`; None where the
-    output is the move.
-    """
-
-    x: Tensor  # network inputs (N, states + A)
-    y: Tensor  # what its output has to add to the state vector, (N, states)
-    effect: Tensor | None = None  # (N, states, A)
-
-    def part(self, rows: slice | Tensor) -> Targets:
-        effect = None if self.effect is None else self.effect[rows]
-        return Targets(self.x[rows], self.y[rows], effect)
-
-    def moved(self, output: Tensor) -> Tensor:
-        """How the state vector moves, (..., N, states), for outputs (..., N, outputs)."""
-        return output if self.effect is None else (self.effect @ output[..., None])[..., 0]
-
-    def lacking(self, output: Tensor, size: Tensor) -> Tensor:
-        """What outputs (N, outputs) should have been more, (N, outputs).
-
-        `size` is the usual size of an output, (outputs,).
-        """
-        missing = self.y - self.moved(output)
-        if self.effect is None:
-            return missing
-        spread = spread_of(self.y)
-        effect, missing = self.effect * size / spread[:, None], missing / spread
-        normal = effect.mT @ effect + RIDGE * torch.eye(len(size))
-        return torch.linalg.solve(normal, (effect.mT @ missing[..., None])[..., 0]) * size
-
-    def output_size(self) -> Tensor:
-        """Usual size of each output, (outputs,): a torque's is what would explain all of `y`."""
-        spread = spread_of(self.y)
-        if self.effect is None:
-            return spread
-        strength = (self.effect / spread[:, None]).square().mean((0, 1)).sqrt()
-        return 1.0 / strength.clamp_min(1e-9)
-
-
 def targets(steps: Transitions, model: Model, form: str) -> Targets:
     """What a network of a form learns from transitions of a model."""
     layout = layout_of(model.robot)
@@ -162,7 +161,7 @@ def targets(steps: Transitions, model: Model, form: str) -> Targets:
     return Targets(_float(x), _float(weight * y), _float(weight[..., None] * effect))
 
 
-def torque_effect(steps: Transitions, model: Model) -> np.ndarray:
+def torque_effect(steps: Transitions, model: Model) -> Array:
     """Derivative of the next state vector by torques held over the step, (N, states, A)."""
     robot = model.robot
     if 'training' in robot.schemes:
@@ -175,5 +174,5 @@ def torque_effect(steps: Transitions, model: Model) -> np.ndarray:
     return np.moveaxis((state[1:] - state[0]) / size[:, None, None], 0, -1)
 
 
-def _float(array: np.ndarray) -> Tensor:
+def _float(array: Array) -> Tensor:
     return torch.from_numpy(array.astype(np.float32))

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the data of an ensemble end, and how far its corrections are to be believed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np
 
+Array = np.ndarray
 WITHIN = 0.99  # share of the held-out data that counts as within the data, not as their edge
 SMALL = 0.1
 """Expected errors below this share of the usual correction do no harm, wherever they are."""
@@ -20,20 +19,20 @@ class Trust:
     The limit is one number in files of earlier versions.
     """
 
-    temperature: np.ndarray  # held-out error over spread of the members, rms
-    error: np.ndarray  # held-out error, rms
-    limit: np.ndarray  # strain up to which a correction is applied in full
-    bound: np.ndarray  # largest correction on the data, either sign
+    temperature: Array  # held-out error over spread of the members, rms
+    error: Array  # held-out error, rms
+    limit: Array  # strain up to which a correction is applied in full
+    bound: Array  # largest correction on the data, either sign
 
-    def uncertainty(self, spread: np.ndarray) -> np.ndarray:
+    def uncertainty(self, spread: Array) -> Array:
         """Standard deviation to expect of the error, (..., C), from the members' spread."""
         return self.temperature * spread
 
-    def strain(self, spread: np.ndarray) -> np.ndarray:
+    def strain(self, spread: Array) -> Array:
         """Expected error over the one seen on held-out data, (..., C)."""
         return self.uncertainty(spread) / self.error
 
-    def factor(self, strain: np.ndarray) -> np.ndarray:
+    def factor(self, strain: Array) -> Array:
         """Share of the correction to apply, (...): 1 within the data, 0 far from them.
 
         It is 1 up to `limit`, which 99 % of the held-out data stay below (or where the expected
@@ -43,13 +42,11 @@ class Trust:
         beyond = np.clip((strain / self.limit).max(axis=-1) - 1.0, 0.0, 1.0)
         return 1.0 - beyond**2 * (3.0 - 2.0 * beyond)
 
-    def arrays(self) -> dict[str, np.ndarray]:
+    def arrays(self) -> dict[str, Array]:
         return {f.name: np.asarray(getattr(self, f.name), float) for f in fields(self)}
 
 
-def calibrated(
-    error: np.ndarray, spread: np.ndarray, bound: np.ndarray, usual: np.ndarray
-) -> Trust:
+def calibrated(error: Array, spread: Array, bound: Array, usual: Array) -> Trust:
     """The trust that held-out data give.
 
     From the error of the members' mean and the standard deviation over the members, both (N, C),

@@ -7,20 +7,19 @@ less what the format does not hold; and where MuJoCo reads the format, MuJoCo wi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 import math
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.headline import Figures, Headline, headline
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.ranking import half_seconds
 from leo_diffmodel.compare.windows import at_one_rate, Windows
-from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.references import load_mujoco
 
@@ -33,7 +32,7 @@ Array = np.ndarray
 
 
 def check(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     reduced: Model,
     mjcf: str | None = None,
@@ -49,10 +48,13 @@ def check(
         floor its error in each state (`errors`) and over the states of each unit (`by_unit`), None
         for one without end.
 
-    Raises:
-        UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
+    UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
     """
-    played: Played | None = None if mjcf is None else _played(mjcf, model.robot)
+    played: Played | None = None
+    if mjcf is not None:
+        robot, motors = model.robot, [a.joint for a in model.robot.actuators]
+        joints, of_base = robot.joint_names, len(robot.base_joints)
+        played = needs_mujoco().Played(mjcf, joints, motors, of_base)
     model = with_known(model, recordings)
     recordings = at_one_rate(recordings)
     windows, sigma = half_seconds(recordings, {model.robot.name: model}, None, progress)
@@ -96,11 +98,6 @@ def _report(
 def _finite(error: float) -> float | None:
     """None for an error without end: a joint that has lost all of its inertia."""
     return error if math.isfinite(error) else None
-
-
-def _played(mjcf: str, robot: Robot) -> Any:
-    motors = [a.joint for a in robot.actuators]
-    return needs_mujoco().Played(mjcf, robot.joint_names, motors, len(robot.base_joints))
 
 
 def _in_mujoco(played: Played, windows: Windows) -> Array:

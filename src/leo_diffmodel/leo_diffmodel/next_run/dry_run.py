@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a model predicts of a run before it is sent: ranges, speeds, and what it might hit."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 

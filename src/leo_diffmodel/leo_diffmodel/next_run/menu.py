@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The menu of runs to choose from: each shows some effects well, all stay within safe levels."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -174,6 +172,9 @@ class MotionRun:
     def command(self) -> str:
         """The words after `leo` that perform it."""
         return f'play {self.motion} --seed {self.seed} --seconds {self.seconds:g}'
+
+
+Runs = Sequence[Run | MotionRun]
 
 
 def walker_menu(robot: Robot, reach: Reach, seconds: float) -> list[Run | MotionRun]:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choose a run from the menu: the one that says most about what is open."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.episode import sample_period
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.pairs import nowhere
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
+from leo_diffmodel.next_run.menu import menu, MotionRun, Runs, walker_menu
 from leo_diffmodel.next_run.questions import fit_all, Fitted, questions
 from leo_diffmodel.next_run.reach import Seen, seen
 from leo_diffmodel.next_run.run_file import Run
@@ -83,7 +81,7 @@ class Proposal:
 
 
 def propose(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     answer: dict[str, Any],
     extra: Sequence[Effect] = (),
@@ -92,8 +90,7 @@ def propose(
 ) -> Proposal:
     """Choose the next run, of `seconds`, for an explain.json of the same bags and model.
 
-    Raises:
-        UserError: the bags are too short to plan from.
+    UserError: the bags are too short to plan from.
     """
     model = with_known(model, recordings)
     try:
@@ -125,11 +122,7 @@ def propose(
 
 
 def _parted(
-    fitted: Sequence[Fitted],
-    model: Model,
-    runs: Sequence[Run | MotionRun],
-    before: Seen,
-    progress: Callable[[str], None],
+    fitted: list[Fitted], model: Model, runs: Runs, before: Seen, progress: Callable[[str], None]
 ) -> tuple[list[str], Array]:
     """Pairs of hypotheses, and the least nats either way for each run."""
     points: list[str] = []
@@ -150,12 +143,7 @@ def _parted(
 
 
 def _ranked(
-    aim: str,
-    points: Sequence[str],
-    nats: Array,
-    runs: Sequence[Run | MotionRun],
-    unsafe: Sequence[str | None],
-    model: Model,
+    aim: str, points: list[str], nats: Array, runs: Runs, unsafe: list[str | None], model: Model
 ) -> Proposal:
     """Leave out the points on which no safe run says anything; best run first."""
     nats = nats * np.array([run.times for run in runs])[:, None]
@@ -163,9 +151,7 @@ def _ranked(
     most = np.where(safe[:, None], nats, 0.0).max(axis=0)
     useful = is_shown(most) if aim == 'show' else most > NEXT.least_useful
     kept = np.flatnonzero(useful).tolist()
-    options = [
-        Option(r, tuple(float(n) for n in nats[i, kept]), unsafe[i]) for i, r in enumerate(runs)
-    ]
+    options = [Option(r, tuple(nats[i, kept].tolist()), unsafe[i]) for i, r in enumerate(runs)]
 
     def rank(option: Option) -> tuple[bool, float, float]:
         first = float(is_shown(np.array(option.nats)).sum()) if aim == 'show' else option.worth[0]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an explanation left open, as hypotheses fitted to the same bags."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import itertools
@@ -10,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import evenly
 from leo_diffmodel.explain.estimate.fit import fit
@@ -107,7 +105,7 @@ def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Ques
 
 
 def fit_all(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     wanted: Sequence[Question],
     extra: Sequence[Effect] = (),
@@ -140,7 +138,7 @@ def _of_labels(labels: Sequence[str], known: dict[str, Candidate]) -> list[Candi
     return [known[label] for label in labels]
 
 
-def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit]) -> Array:
+def _noise(recordings: Recordings, problem: Problem, fits: Sequence[Fit]) -> Array:
     """The least noise that any of the answers leaves, worst recording, shape (2J,)."""
     short = noise.short_windows(recordings)
     models = [f.hypothesis.model(problem.base, f.theta) for f in fits]

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a robot has been through, how far from that a run may take it, and how it gets there."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Episode, Recording, Recordings
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.description.robot import Robot
@@ -35,11 +33,11 @@ class Reach:
         return 0.5 * (self.high - self.low)
 
     @classmethod
-    def of_levels(cls, levels: Array) -> Reach:
+    def of_levels(cls, levels: Array) -> Self:
         """Inputs up to these levels [V or N m] either way, (A,)."""
         return cls(-levels, levels, np.zeros_like(levels))
 
-    def beginning(self, robot: Robot, pose: str) -> Reach:
+    def beginning(self, robot: Robot, pose: str) -> Self:
         """These inputs for a run that begins in another start pose, whose goals are `rest`."""
         at_rest = rest_goals(robot, pose) if robot.input == 'position' else self.rest
         return replace(self, rest=at_rest)
@@ -86,9 +84,8 @@ class Seen:
         lowest, highest = robot.bounds
         margin = NEXT.margin * (highest - lowest)
         low, high = lowest + margin, highest - margin
-        wanted = np.maximum(
-            NEXT.more_input * (self.most - self.least), NEXT.least_goals * (highest - lowest)
-        )
+        least = NEXT.least_goals * (highest - lowest)
+        wanted = np.maximum(NEXT.more_input * (self.most - self.least), least)
         size = 0.5 * np.minimum(wanted, high - low)
         centre = np.clip(0.5 * (self.least + self.most), low + size, high - size)
         return Reach(centre - size, centre + size, rest_goals(robot))
@@ -101,7 +98,7 @@ def rest_goals(robot: Robot, pose: str = 'nominal') -> Array:
     return np.clip(at, *robot.bounds)
 
 
-def seen(recordings: Sequence[Recording], period: float) -> Seen:
+def seen(recordings: Recordings, period: float) -> Seen:
     """The ranges of the bags; a servo that is free counts as one whose goal is where it is."""
     episodes = [e for r in recordings for e in r.episodes]
     inputs = [_inputs(r, e) for r in recordings for e in r.episodes]

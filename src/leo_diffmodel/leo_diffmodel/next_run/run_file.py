@@ -16,13 +16,12 @@ default on) frees the motors. Of a robot that takes goals the inputs are goals [
 begins at the first of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import csv
 from dataclasses import dataclass, replace
 import math
 from pathlib import Path
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -40,6 +39,28 @@ UNITS = dict.fromkeys([*INPUT_UNITS.values(), *map(sliding, INPUT_UNITS.values()
 TORQUE = {'on': True, 'off': False}
 MOST_PERIODS = 1e6  # of one run: 2.8 hours at 100 Hz
 Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Run:
+    """What to send to a robot."""
+
+    name: str  # short, for tables
+    about: str  # what it does, in words
+    inputs: Array  # of each control period [V, N m or rad], shape (N, A)
+    enabled: Array  # motors on (False: free, no current) in each period, shape (N,)
+    start: str = ''  # pose of the robot that it begins in; '' takes the one the robot starts in
+    around: Array | float = 0.0
+    """Inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently."""
+    times: ClassVar = 1.0  # how many times as long it is as what is simulated of it
+
+    def milder(self, shares: Array) -> Self:
+        """The run with a share of its size on each actuator, shape (A,)."""
+        return replace(self, inputs=self.around + shares * (self.inputs - self.around))
+
+    @property
+    def count(self) -> int:
+        return len(self.inputs)
 
 
 @dataclass(frozen=True)
@@ -202,29 +223,3 @@ def _check_times(path: Path, time: np.ndarray, numbers: Sequence[int]) -> None:
         k = int(wrong[0]) + 1
         went = f'time goes from {time[k - 1]:g} to {time[k]:g} s'
         raise UserError(f'{path} line {numbers[k]}: {went}; it must grow')
-
-
-@dataclass(frozen=True)
-class Run:
-    """What to send to a robot."""
-
-    name: str  # short, for tables
-    about: str  # what it does, in words
-    inputs: Array  # of each control period [V, N m or rad], shape (N, A)
-    enabled: Array  # motors on (False: free, no current) in each period, shape (N,)
-    start: str = ''  # pose of the robot that it begins in; '' takes the one the robot starts in
-    around: Array | float = 0.0
-    """Inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently."""
-
-    def milder(self, shares: Array) -> Run:
-        """The run with a share of its size on each actuator, shape (A,)."""
-        return replace(self, inputs=self.around + shares * (self.inputs - self.around))
-
-    @property
-    def times(self) -> float:
-        """How many times as long it is as what is simulated of it."""
-        return 1.0
-
-    @property
-    def count(self) -> int:
-        return len(self.inputs)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a run stays within what is safe with all that a robot may be, and milder ones if not."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,7 +11,7 @@ from leo_diffmodel.add.patch import from_data
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.next_run.menu import MotionRun
+from leo_diffmodel.next_run.menu import MotionRun, Runs
 from leo_diffmodel.next_run.questions import Fitted
 from leo_diffmodel.next_run.reach import Seen
 from leo_diffmodel.next_run.run_file import Run
@@ -63,7 +61,7 @@ class TooFar:
 
 
 def tamed(
-    runs: Sequence[Run | MotionRun], models: Sequence[Model], before: Seen
+    runs: Runs, models: Sequence[Model], before: Seen
 ) -> tuple[list[Run | MotionRun], list[str | None]]:
     """The runs, milder where any model predicts that they go too far; why one is too far still.
 
@@ -86,7 +84,7 @@ def tamed(
 
 
 def _unsafe(
-    runs: Sequence[Run | MotionRun], asked: Sequence[int], models: Sequence[Model], before: Seen
+    runs: Runs, asked: list[int], models: Sequence[Model], before: Seen
 ) -> dict[int, TooFar]:
     """What is wrong with some of the runs under the first model that finds anything."""
     found: dict[int, TooFar] = {}

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """By how many nats a run would part two hypotheses (docs/reference/identification.md 1.5)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import roughly, scan_all
 from leo_diffmodel.compare import noise
@@ -27,7 +25,7 @@ Array = np.ndarray
 
 
 def windows_of(
-    runs: Sequence[Recording], period: float, grids: Grids, most: int = NEXT.most_windows
+    runs: Recordings, period: float, grids: Grids, most: int = NEXT.most_windows
 ) -> tuple[Windows, Array]:
     """Short windows of every run (`source`), and how many each of them stands for, (W,)."""
     seconds = window_seconds(grids, period)
@@ -41,9 +39,7 @@ def windows_of(
     return windows.take(np.concatenate(kept)), np.concatenate(weight)
 
 
-def separable(
-    base: Model, runs: Sequence[Recording], period: float, sigma: Array, other: Fit
-) -> Array:
+def separable(base: Model, runs: Recordings, period: float, sigma: Array, other: Fit) -> Array:
     """Nats by which each run, as one hypothesis makes it, speaks against another one, (runs,).
 
     The other may fit its start states anew, and its parameters as far as the bags recorded before
@@ -91,7 +87,7 @@ def _best(rest: Array, by_theta: Array, weight: Array, prior: Array) -> Array:
 
 def shown(
     model: Model,
-    runs: Sequence[Recording],
+    runs: Recordings,
     period: float,
     sigma: Array,
     labels: Sequence[str],

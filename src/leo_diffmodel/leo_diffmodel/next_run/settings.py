@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every number of next with its unit and reason; the figures of a run stand with its shape."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs as a model predicts them, without noise."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.next_run.menu import MotionRun
+from leo_diffmodel.next_run.menu import MotionRun, Runs
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.description.robot import Robot
@@ -21,7 +19,7 @@ from leo_sim.task.motions import MOTIONS, Routine
 Array = np.ndarray
 
 
-def simulate(runs: Sequence[Run | MotionRun], model: Model, period: float) -> list[Recording]:
+def simulate(runs: Runs, model: Model, period: float) -> list[Recording]:
     """Every run as the model predicts it, states every `period` s."""
     made: dict[int, Recording] = {}
     given: dict[str, list[int]] = {}

@@ -4,8 +4,6 @@
 leo run leo_diffmodel diffmodel --ros-args -p bag:=runs/rollout
 """
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -146,16 +146,11 @@ class GraphRecorder:
 
     def _take(self) -> None:
         self._times.begin()
-        found = [
-            (topic, message)
-            for topic, subscription in self._subscriptions
-            for message in taken(subscription)
-        ]
+        found = [(topic, m) for topic, waiting in self._subscriptions for m in taken(waiting)]
         self._times.end()
-        arrived = [
-            (self._times.logged(m.received_ns or m.published_ns), topic, m) for topic, m in found
-        ]
-        for logged_ns, topic, m in sorted(arrived, key=itemgetter(0)):
+        logged = [self._times.logged(m.received_ns or m.published_ns) for _, m in found]
+        both = sorted(zip(logged, found, strict=True), key=itemgetter(0))
+        for logged_ns, (topic, m) in both:
             self._recorder.record(topic, m.data, m.published_ns, logged_ns, m.number, m.publisher)
 
     def _publishers(self, topic: str) -> set[bytes]:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A running robot for the live page: its last messages, how it is, and its e-stop."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 import os

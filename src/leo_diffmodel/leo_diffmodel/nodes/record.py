@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo bag record`: topics of the graph into a bag until Ctrl-C."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a bag should say about its robot, asked from the robot node's parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 
@@ -40,17 +38,13 @@ class RobotFacts:
                 self._names = FACTS[:1]
             self._known.update(facts_of(values))
             self._future = None
-        self._forget_unanswered()
+        self._unanswered = self._unanswered + 1 if self._future is not None else 0
+        if self._unanswered > PATIENCE:  # a killed robot took the request with it
+            self._client.remove_pending_request(self._future)
+            self._future = None
         if self._future is None and self._client.service_is_ready():
             self._future = self._client.call_async(GetParameters.Request(names=list(self._names)))
         return dict(self._known)
-
-    def _forget_unanswered(self) -> None:
-        """Give up a request that a killed robot took with it."""
-        self._unanswered = self._unanswered + 1 if self._future is not None else 0
-        if self._unanswered > PATIENCE:
-            self._client.remove_pending_request(self._future)
-            self._future = None
 
 
 def facts_of(values: Iterable[ParameterValue]) -> dict[str, str]:

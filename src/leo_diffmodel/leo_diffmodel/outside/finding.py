@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is found in a recording: the one answer of all that looks at logs, and how bad it is."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ same bell is the mean acceleration exactly, whatever the input did meanwhile, so
 input leave nothing over.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +92,9 @@ def _episode(
 ) -> dict[str, Array]:
     """What a flow has of one episode; empty where it holds no bell."""
     count = int(e.seconds / grid + 1e-6)
-    weights = _bell(max(2, round(bell / grid)))
+    wide = max(2, round(bell / grid))
+    weights = (1 - ((np.arange(wide) + 0.5) / wide * 2 - 1) ** 2) ** 2
+    weights = weights / weights.sum()
     if count < len(weights) + 1:
         return {}
     nodes = e.t[0] + grid * np.arange(count + 1)
@@ -110,13 +110,6 @@ def _episode(
     turned = np.ptp(under_bells(raw['q']), axis=-1)
     smooth['moving'] *= turned > OUTSIDE.turned * still * bell
     return {**smooth, 'episode': np.full(len(turned), number)}
-
-
-def _bell(count: int) -> Array:
-    """Weights of the intervals of one bell, sum 1."""
-    x = (np.arange(count) + 0.5) / count * 2 - 1
-    weights = (1 - x**2) ** 2
-    return np.asarray(weights / weights.sum())
 
 
 def _intervals(

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forces from outside: shoves and collisions, blocked joints, hands that hold the robot."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np
@@ -48,15 +46,13 @@ def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Finding]:
     sure = out & (both > limit)
     wide = runs(both > OUTSIDE.burst_wide * limit, flow.episode)
     long = (run for run in wide if sure[run].sum() >= OUTSIDE.burst_instants)
-    return [
-        _burst(flow, j, run, float(both[run].max()), _stops(flow, rest, j, run)) for run in long
-    ]
+    return [_burst(flow, rest, j, run, float(both[run].max())) for run in long]
 
 
-def _burst(flow: Flow, j: int, run: Array, size: float, stopped: bool) -> Finding:
+def _burst(flow: Flow, rest: Array, j: int, run: Array, size: float) -> Finding:
     half, joint = 0.25 * flow.bell, flow.joint(j)
     begin, end = float(flow.time[run[0]]) - half, float(flow.time[run[-1]]) + half
-    if stopped:
+    if _stops(flow, rest, j, run):
         kind, why = 'blocked', f'{joint}: hits something that stops it with {size:.2g}'
     elif end - begin > OUTSIDE.lasting:
         kind, why = 'hand', f'{joint}: is led by a hand or a cable with up to {size:.2g}'

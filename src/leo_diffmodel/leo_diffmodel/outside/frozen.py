@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sensors that keep one value while the other one says that the joint moves."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ about the joint (Atkeson, An and Hollerbach 1986). Masses at points of a link, n
 negative, give what a payload can do, and nothing that no payload can.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

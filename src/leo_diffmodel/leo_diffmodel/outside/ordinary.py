@@ -5,8 +5,6 @@ Each may be only as large as it is on real robots: friction takes energy and nev
 gravity is not half of what it was, a motor is not dead. What a hand does cannot be explained so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -125,11 +123,8 @@ def _masses(flow: Flow, j: int) -> list[Law]:
     torque, least, most = flow.motion.masses
     weights = [Law(-x, a, b) for x, a, b in zip(torque[:, j].T, least, most, strict=True)]
     tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.motion.turned[:, j].T]
-    return [
-        *weights,
-        *tilted,
-        Law(-flow.ddq[:, j], OUTSIDE.lighter * rotors(flow.motion.model)[j], ANY),
-    ]
+    least_rotor = OUTSIDE.lighter * rotors(flow.motion.model)[j]
+    return [*weights, *tilted, Law(-flow.ddq[:, j], least_rotor, ANY)]
 
 
 def _friction(flow: Flow, j: int) -> list[Law]:

@@ -1,34 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """What in a recording is not the robot: shoves, hands, stops, frozen sensors, gaps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from leo_diffmodel.bags.episode import kept, merged
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.episode import kept, merged, Span
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.outside.finding import Finding
 from leo_diffmodel.outside.flow import Flow, flow, still_rates
 from leo_diffmodel.outside.forces import blocked, bursts, held, stretch
 from leo_diffmodel.outside.frozen import frozen
-from leo_diffmodel.outside.ordinary import (
-    explained,
-    follows,
-    Law,
-    Ordinary,
-    ordinary,
-    strongest_wave,
-)
+from leo_diffmodel.outside.ordinary import explained, follows, Law, ordinary, strongest_wave
 from leo_diffmodel.outside.rate import with_true_rates
 from leo_diffmodel.outside.resonance import resonance
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
 Array = np.ndarray
-Span = tuple[float, float]
 FORCES = ('push', 'hand', 'blocked', 'unexplained')
 """The kinds of stretches in which the robot is moved, or stopped."""
 
@@ -53,7 +43,7 @@ def moved_from_outside(recording: Recording, model: Model) -> list[Finding]:
     return sorted(found, key=lambda f: f.where[0][0])
 
 
-def share_outside(recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]) -> float:
+def share_outside(recordings: Recordings, found: Sequence[Sequence[Finding]]) -> float:
     """Share of the moving time, 0 to 1, that is in pushes, hands and blocked joints of each."""
     total = outside = 0.0
     for recording, stretches in zip(recordings, found, strict=False):
@@ -69,9 +59,7 @@ def share_outside(recordings: Sequence[Recording], found: Sequence[Sequence[Find
     return outside / total if total else 0.0
 
 
-def without(
-    recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]
-) -> list[Recording]:
+def without(recordings: Recordings, found: Sequence[Sequence[Finding]]) -> list[Recording]:
     """The recordings with the stretches found in each cut out, 0.1 s before and after them too.
 
     Pieces shorter than 0.5 s are dropped, and recordings of which nothing remains.
@@ -128,17 +116,17 @@ def _at_joint(recording: Recording, seen: Flow, j: int) -> list[Finding]:
     laws = [*ordinary(seen, j), stronger]
     found = explained(seen, j, fitted, laws)
     pushes = bursts(seen, found.rest, j, fitted)
-    led = _led(seen, laws, found, j, fitted)
+    led = _led(seen, laws, found.rest, j, fitted)
     rung = resonance(recording, j) if led or pushes else None
     if led and follows(seen, j):
         why = 'is led by a hand: no motor, weight or friction gives what accelerates it'
         return _all_of(seen, 'hand', f'{seen.joint(j)}: {why}')
     if led or rung:
-        return _all_of(seen, 'unexplained', _unlike(seen, found, j, rung))
+        return _all_of(seen, 'unexplained', _unlike(seen, found.rest, j, rung))
     return [*pushes, *blocked(seen, found, j, fitted)]
 
 
-def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) -> bool:
+def _led(seen: Flow, laws: list[Law], rest: Array, j: int, fitted: Array) -> bool:
     """Whether a hand leads the joint: nothing the robot has gives what sets it in motion.
 
     What lasts of the torque left over is compared with what motor and weight leave of each other,
@@ -147,12 +135,12 @@ def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) ->
     """
     if fitted.sum() * float(np.median(np.diff(seen.time))) < OUTSIDE.least_led:
         return False
-    size, free = _lasting(found.rest, fitted), np.abs(seen.motor + seen.load)
+    size, free = _lasting(rest, fitted), np.abs(seen.motor + seen.load)
     if size <= OUTSIDE.hand * np.maximum(free, np.abs(seen.turning))[fitted, j].mean():
         return False
     if follows(seen, j):
         return True
-    waves = strongest_wave(seen.time, found.rest, fitted)
+    waves = strongest_wave(seen.time, rest, fitted)
     waving = explained(seen, j, fitted, [*laws, *waves])
     return _lasting(waving.rest, fitted) > OUTSIDE.one_wave * size
 
@@ -168,9 +156,9 @@ def _lasting(rest: Array, fitted: Array) -> float:
     return OUTSIDE.mean_of_rms * max(again, 0.0) ** 0.5
 
 
-def _unlike(seen: Flow, found: Ordinary, j: int, rung: float | None) -> str:
+def _unlike(seen: Flow, rest: Array, j: int, rung: float | None) -> str:
     """What is not like the model at a joint whose motor acts by itself, in words."""
-    joint, size = seen.joint(j), _lasting(found.rest, seen.moving[:, j] > 0.5)
+    joint, size = seen.joint(j), _lasting(rest, seen.moving[:, j] > 0.5)
     unit = 'N' if joint in seen.motion.model.robot.slides else 'N m'
     what = f'a resonance at {rung:.1f} Hz (an elastic gear?)' if rung else 'the model or the log'
     return f'{joint}: moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The angle against the integral of the measured rate: scale and lag of one joint."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A resonance between the input of a joint and its motion."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording

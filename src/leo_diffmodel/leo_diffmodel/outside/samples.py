@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What samples say by themselves: noise, resolution, and fits that outliers do not move."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

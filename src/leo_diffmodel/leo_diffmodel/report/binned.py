@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Missing torque against a variable: which joints and variables, its bins, and their plot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
-from typing import Any
+from typing import Any, Self
 
 from bokeh.models import ColumnDataSource, Range1d, Span
 import numpy as np
@@ -116,7 +114,7 @@ class Binned:
     unit: str
 
     @classmethod
-    def of(cls, variable: Array, measured: Array, curves: Sequence[Any], unit: str) -> Binned:
+    def of(cls, variable: Array, measured: Array, curves: Sequence[Any], unit: str) -> Self:
         """Bin estimates (W,) by a variable, and what each candidate makes of them."""
         bins = sort(variable)
         scale, si = prefix(float(np.quantile(np.abs(measured), 0.9)))

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The empty plot that every figure of the pages is drawn on: no frame, a light grid."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bokeh.models import ColumnDataSource, HoverTool, PrintfTickFormatter, Whisker

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `leo compare`."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.comparison import Comparison
 from leo_diffmodel.report.page import render
 from leo_diffmodel.report.sections import budget, horizon, missing, origin, verdict, where
@@ -15,7 +11,7 @@ from leo_sim.model import Model
 
 
 def comparison_page(
-    comparison: Comparison, recordings: Sequence[Recording], model: Model, watch: str = ''
+    comparison: Comparison, recordings: Recordings, model: Model, watch: str = ''
 ) -> str:
     """The report of `leo compare`; `watch` opens the live page on the same data, '' names none."""
     data, robot = comparison.data, model.robot

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """report.html: one file that needs no network, assembled from sections."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -18,6 +16,8 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report import text
 from leo_diffmodel.report.canvas import FONT
+
+Row = Mapping[str, Any]  # of a JSON
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers, units, labels and names of bags as in print."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 import math
 import re
 from typing import Any
 
 from markupsafe import escape, Markup
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 
 RAISED = str.maketrans('0123456789-', '⁰¹²³⁴⁵⁶⁷⁸⁹⁻')
 LABEL = re.compile(r'\b[a-z][a-z0-9_]*:[A-Za-z0-9_]+')
@@ -113,13 +111,13 @@ def estimates(parameters: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return [f'{name} = {estimate(p)}' for name, p in parameters.items()]
 
 
-def source(recordings: Sequence[Recording]) -> str:
+def source(recordings: Recordings) -> str:
     """The data a page was made from, in a few words."""
     first, *others = recordings
     return f'{first.path.name} and {len(others)} more' if others else first.path.name
 
 
-def numbered(recordings: Sequence[Recording]) -> list[str]:
+def numbered(recordings: Recordings) -> list[str]:
     """What the page calls each bag: #1, #2 and so on; nothing where there is only one."""
     several = len(recordings) > 1
     return [f'#{i + 1}' if several else '' for i in range(len(recordings))]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.errors import horizon_windows, predict_windows, Prediction
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
     ]
 
 
-def before_and_after(recordings: Sequence[Recording], found: Search) -> list[Prediction]:
+def before_and_after(recordings: Recordings, found: Search) -> list[Prediction]:
     """Windows of a second as the model without and with the supported effects predicts them."""
     base, sigma = found.problem.base, found.problem.sigma
     fits = [found.null, found.final] if found.final.hypothesis.candidates else [found.null]

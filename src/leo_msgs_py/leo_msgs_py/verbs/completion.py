@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo completion`: a script with which bash or zsh completes verbs, options, robots and files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import redirect_stdout, suppress
 from importlib.metadata import entry_points
@@ -45,9 +43,7 @@ def main(argv: list[str]) -> int:
         for entry in entry_points(group='leo.verbs')
         if entry.name != 'completion'
     } | {'completion': ['bash', 'zsh']}
-    cases = '\n'.join(
-        f"      {verb}) words='{' '.join(words[verb])}' ;;" for verb in sorted(words)
-    )
+    cases = '\n'.join(f"      {v}) words='{' '.join(words[v])}' ;;" for v in sorted(words))
     robots = ' '.join(sorted({entry.name for entry in entry_points(group='leo.robots')}))
     script = SCRIPT.format(verbs=' '.join(sorted(words)), cases=cases, robots=robots)
     print((ZSH if options.shell == 'zsh' else '') + script, end='')

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo node`: who is in the graph."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from leo_msgs_py.errors import UserError

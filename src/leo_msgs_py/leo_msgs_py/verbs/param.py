@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo param`: list, get and set the parameters of nodes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from leo_msgs_py.errors import UserError
@@ -87,9 +85,8 @@ def _names(node: Any, name: str) -> list[str]:
 
 
 def _unknown(node: Any, name: str, parameter: str) -> UserError:
-    return UserError(
-        f'{name} has no parameter {parameter!r}; it has: {", ".join(_names(node, name))}'
-    )
+    there = ', '.join(_names(node, name))
+    return UserError(f'{name} has no parameter {parameter!r}; it has: {there}')
 
 
 def _ask(node: Any, name: str, kind: Any, service: str, request: Any) -> Any:

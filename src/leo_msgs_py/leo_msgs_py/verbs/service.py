@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo service`: list and call services."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from leo_msgs_py.errors import UserError

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo status`: how the robot, the recorder and the learner are doing."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from leo_msgs_py.interfaces import to_plain

@@ -121,15 +121,12 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
     yield 'gravity', file.gravity
     parts = {
         f'{group}.{name}': part
-        for group in ('actuators', 'links', 'joints')
+        for group in ('actuators', 'links', 'joints', 'sensors')
         for name, part in getattr(file, group).items()
     }
-    parts |= {f'sensors.{name}': sensor for name, sensor in file.sensors.items()}
     parts |= {} if file.ground is None else {'ground': file.ground}
     for path, part in parts.items():
-        yield from (
-            (f'{path}.{key}', figure) for key, figure in part if isinstance(figure, Quantity)
-        )
+        yield from ((f'{path}.{key}', q) for key, q in part if isinstance(q, Quantity))
 
 
 def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
@@ -154,14 +151,10 @@ def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
 def outside(figure: str, unit: str, *values: float) -> str:
     """Which of some values is not in the range of a figure, and that range; '' where all are."""
     low, high = RANGES[figure, unit]
-    return next(
-        (
-            f'{value:g} {unit} is not within {low:g} to {high:g} {unit}'.replace('  ', ' ')
-            for value in values
-            if not low <= value <= high
-        ),
-        '',
-    )
+    for value in values:
+        if not low <= value <= high:
+            return f'{value:g} {unit} is not within {low:g} to {high:g} {unit}'.replace('  ', ' ')
+    return ''
 
 
 def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:

@@ -79,9 +79,7 @@ def mimics(element: Element) -> Copied | None:
         return None
     if not (leader := found.get('joint')):
         raise ValueError('its <mimic> names no joint; give it joint="..."')
-    ratio, offset = (
-        float(found.get(key) or default) for key, default in (('multiplier', 1.0), ('offset', 0.0))
-    )
+    ratio, offset = float(found.get('multiplier') or 1.0), float(found.get('offset') or 0.0)
     if not (math.isfinite(offset) and 1 / MOST <= abs(ratio) <= MOST):
         raise ValueError(
             f'<mimic>: multiplier {ratio:g}, offset {offset:g}: the multiplier is '

@@ -22,6 +22,11 @@ from leo_sim.description.robot_check import check
 from leo_sim.description.urdf import Joint, Link
 
 __all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
+AS_WRITTEN = (
+    'name input base control_period integration_step state_rate episode_seconds start_poses '
+    'sensors feet observation reward driver'
+)
+"""What a robot takes over from robot.yaml as it is."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,13 @@ class Actuator:
     def strongest(self) -> float:
         """The largest input the hardware can give: the supply V, or the torque limit N m."""
         return self.limit if self.supply is None else self.supply
+
+    @property
+    def stall(self) -> float:
+        """Its largest torque at rest [N m]: of a motor on a voltage that of its supply."""
+        if self.supply is None or self.torque_constant is None or not self.resistance:
+            return self.limit
+        return self.supply * (self.torque_constant / self.resistance)
 
 
 class Contact(robot_file.ContactFile):
@@ -147,11 +159,8 @@ class Robot:
     def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
         constants = {**self.constants, **changed}
         values = {path: c.value for path, c in constants.items()}
-        return replace(
-            self,
-            constants=constants,
-            actuators=tuple(_actuator(a.joint, values) for a in self.actuators),
-        )
+        actuators = tuple(_actuator(a.joint, values) for a in self.actuators)
+        return replace(self, constants=constants, actuators=actuators)
 
 
 def load_robot(ref: str | Path) -> Robot:
@@ -161,7 +170,11 @@ def load_robot(ref: str | Path) -> Robot:
     """
     folder = Path(ref)
     if not os.path.isdir(folder):  # False for a name that no file can have, too
-        folder = _named_folder(str(ref))
+        name, robots = str(ref), named_robots()
+        if name not in robots:
+            hint = nearest(name, robots)
+            raise UserError(f'no robot is named {name!r}, and it is no folder{hint}')
+        folder = robots[name]
     if not (folder / 'robot.yaml').is_file():
         raise UserError(
             f'{folder} is no robot folder (it has no robot.yaml); '
@@ -203,13 +216,6 @@ def typed(name: str) -> str:
     return name if name in named_robots() else 'MODEL'
 
 
-def _named_folder(name: str) -> Path:
-    robots = named_robots()
-    if name not in robots:
-        raise UserError(f'no robot is named {name!r}, and it is no folder{nearest(name, robots)}')
-    return robots[name]
-
-
 def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
     links, joints = urdf.parse(text, str(folder / 'robot.urdf'))
     moving = tuple(joint.name for joint in joints if joint.independent)
@@ -217,36 +223,23 @@ def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
     constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}
     return Robot(
-        name=file.name,
+        **{name: getattr(file, name) for name in AS_WRITTEN.split()},
         folder=folder,
         urdf=text,
         links=links,
         joints=joints,
         joint_names=moving,
         actuators=tuple(_actuator(joint, values) for joint in file.actuators),
-        input=file.input,
-        base=file.base,
-        control_period=file.control_period,
-        integration_step=file.integration_step,
         schemes=_schemes(file),
-        state_rate=file.state_rate,
-        episode_seconds=file.episode_seconds,
-        start_poses=file.start_poses,
-        sensors=file.sensors,
         contacts=tuple(Contact(name=n, **c.model_dump()) for n, c in file.contacts.items()),
-        feet=file.feet,
-        observation=file.observation,
-        reward=file.reward,
         termination=tuple(rule for rule in file.termination if rule.active),
         constants=constants,
-        driver=file.driver,
     )
 
 
 def _schemes(file: robot_file.RobotFile) -> dict[str, robot_file.SchemeFile]:
-    reference = robot_file.SchemeFile(
-        integration_step=file.integration_step, geometry_every=file.geometry_every
-    )
+    step, every = file.integration_step, file.geometry_every
+    reference = robot_file.SchemeFile(integration_step=step, geometry_every=every)
     return {
         'reference': reference,
         'training': file.training or reference,

@@ -1,38 +1,53 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether robot.yaml and robot.urdf of a folder belong together; one line says where not."""
 
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence, Set
 from pathlib import Path
+from typing import get_args
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Quantity, Schema
 from leo_sim.description.constants import BUS_UNITS, checked, SERVO_UNITS
-from leo_sim.description.robot_file import BusFile, RobotFile
+from leo_sim.description.robot_file import BusFile, OfStep, RobotFile
 from leo_sim.description.urdf import Joint, Link
 
-OF_JOINTS = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input')
 OF_FEET = ('ankle_forward', 'height_over_feet')
 PLANAR = ('prismatic', 'prismatic', 'turning')
 
 
 def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> None:
     path = folder / 'robot.yaml'
-    moving = [joint.name for joint in joints if joint.independent]
-    _check_copies(path, file, joints)
-    _known(path, _named_joints(file), moving, 'moving joint')
-    _known(path, _named_links(file), [link.name for link in links], 'link')
-    if 'nominal' not in file.start_poses:
-        raise UserError(f'{path}: start_poses: the pose nominal is missing')
-    _check_masses(folder, file, links, joints)
-    _check_base(path, file, joints)
-    _check_task(path, file)
-    _check_loops(path, file)
-    _check_ground(path, file, joints)
-    if file.driver.dynamixel and file.driver.feetech:
-        raise UserError(f'{path}: driver: dynamixel and feetech are both given; give one of them')
+    for wrong in _wrong(file, links, joints):
+        raise UserError(f'{path}: {wrong}')
     if file.driver.bus is not None:
-        _check_servos(path, file, file.driver.bus, moving)
+        _check_servos(path, file, file.driver.bus, _moving(joints))
+    heavy = {link.name for link in links if link.body.mass}
+    heavy |= {name for name, link in file.links.items() if link.mass is not None}
+    if wrong := weightless(joints, heavy):
+        raise UserError(
+            f'{folder / "robot.urdf"}: {wrong}; give it an <inertial>, or a mass under links in '
+            'robot.yaml'
+        )
+
+
+def _moving(joints: Sequence[Joint]) -> list[str]:
+    return [joint.name for joint in joints if joint.independent]
+
+
+def _wrong(file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> Iterator[str]:
+    """Where the two do not fit; what comes later holds only where all before it is right."""
+    yield from _copies(file, joints)
+    yield from _unknown(_named_joints(file), _moving(joints), 'moving joint')
+    yield from _unknown(_named_links(file), [link.name for link in links], 'link')
+    if 'nominal' not in file.start_poses:
+        yield 'start_poses: the pose nominal is missing'
+    yield from _base(file, joints)
+    yield from _task(file)
+    yield from _loops(file)
+    yield from _ground(file, joints)
+    if file.driver.dynamixel and file.driver.feetech:
+        yield 'driver: dynamixel and feetech are both given; give one of them'
 
 
 def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
@@ -46,14 +61,11 @@ def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
         yield from ((group, term.joint) for term in getattr(file, group) if term.joint)
 
 
-def _check_copies(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
+def _copies(file: RobotFile, joints: Sequence[Joint]) -> Iterator[str]:
     leaders = {joint.name: joint.leader for joint in joints if joint.leader}
     for key, name in _named_joints(file):
         if name in leaders:
-            raise UserError(
-                f'{path}: {key}: {name!r} mimics {leaders[name]!r} and moves with it; '
-                'take it out here'
-            )
+            yield f'{key}: {name!r} mimics {leaders[name]!r} and moves with it; take it out here'
 
 
 def _named_links(file: RobotFile) -> Iterable[tuple[str, str]]:
@@ -62,24 +74,10 @@ def _named_links(file: RobotFile) -> Iterable[tuple[str, str]]:
     yield from (('feet', name) for name in file.feet)
 
 
-def _known(path: Path, named: Iterable[tuple[str, str]], known: list[str], what: str) -> None:
+def _unknown(named: Iterable[tuple[str, str]], known: list[str], what: str) -> Iterator[str]:
     for key, name in named:
         if name not in known:
-            raise UserError(
-                f'{path}: {key}: robot.urdf has no {what} {name!r}{nearest(name, known)}'
-            )
-
-
-def _check_masses(
-    folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]
-) -> None:
-    heavy = {link.name for link in links if link.body.mass}
-    heavy |= {name for name, link in file.links.items() if link.mass is not None}
-    if wrong := weightless(joints, heavy):
-        raise UserError(
-            f'{folder / "robot.urdf"}: {wrong}; give it an <inertial>, or a mass under links in '
-            'robot.yaml'
-        )
+            yield f'{key}: robot.urdf has no {what} {name!r}{nearest(name, known)}'
 
 
 def weightless(joints: Sequence[Joint], heavy: Set[str]) -> str:
@@ -94,62 +92,59 @@ def weightless(joints: Sequence[Joint], heavy: Set[str]) -> str:
     return ''
 
 
-def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
+def _base(file: RobotFile, joints: Sequence[Joint]) -> Iterator[str]:
     """A planar base is slides along x and z and a hinge, first and without motors."""
-    if file.base != 'planar':
-        return
     base = [joint for joint in joints if joint.independent][:3]
     kinds = tuple('prismatic' if j.kind == 'prismatic' else 'turning' for j in base)
-    if kinds != PLANAR or any(j.name in file.actuators for j in base):
-        raise UserError(
-            f'{path}: base: planar needs a slide along x, a slide along z and a '
-            'hinge without motors as the first joints of robot.urdf'
+    wrong = kinds != PLANAR or any(j.name in file.actuators for j in base)
+    if file.base == 'planar' and wrong:
+        yield (
+            'base: planar needs a slide along x, a slide along z and a hinge without motors as '
+            'the first joints of robot.urdf'
         )
 
 
-def _check_task(path: Path, file: RobotFile) -> None:
+def _task(file: RobotFile) -> Iterator[str]:
     for term in file.reward:
-        if term.quantity in OF_JOINTS and term.joint is None:
-            raise UserError(f'{path}: reward: {term.quantity} needs a joint')
+        if term.quantity not in get_args(OfStep) and term.joint is None:
+            yield f'reward: {term.quantity} needs a joint'
         if term.quantity == 'motor_power' and file.input != 'voltage':
-            raise UserError(f'{path}: reward: motor_power needs input: voltage')
+            yield 'reward: motor_power needs input: voltage'
         if term.quantity == 'input' and term.joint not in file.actuators:
-            raise UserError(f'{path}: reward: input: {term.joint!r} has no actuator')
+            yield f'reward: input: {term.joint!r} has no actuator'
     quantities: set[str] = {term.quantity for term in file.reward}
     quantities |= {rule.quantity for rule in file.termination}
     if quantities & {*OF_FEET} and not file.feet:
-        raise UserError(f'{path}: feet: {" and ".join(OF_FEET)} need the links that are feet')
+        yield f'feet: {" and ".join(OF_FEET)} need the links that are feet'
 
 
-def _check_loops(path: Path, file: RobotFile) -> None:
+def _loops(file: RobotFile) -> Iterator[str]:
     for name, actuator in file.actuators.items():
-        given = [key for key in SERVO_UNITS if getattr(actuator, key) is not None]
-        if given and file.input != 'position':
-            raise UserError(
-                f'{path}: actuators.{name}.{given[0]}: is of a servo that takes '
-                f'positions; with input: {file.input} there is none'
-            )
+        for key in SERVO_UNITS:
+            if getattr(actuator, key) is not None and file.input != 'position':
+                yield (
+                    f'actuators.{name}.{key}: is of a servo that takes positions; with input: '
+                    f'{file.input} there is none'
+                )
 
 
-def _check_ground(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
+def _ground(file: RobotFile, joints: Sequence[Joint]) -> Iterator[str]:
     if file.contacts and file.ground is None:
-        raise UserError(f'{path}: ground: contacts need it')
+        yield 'ground: contacts need it'
     if file.contacts and (copies := [joint.name for joint in joints if joint.leader]):
-        raise UserError(
-            f'{path}: contacts: {copies[0]!r} mimics another joint, which no robot on '
-            'the ground has; make it fixed in robot.urdf'
+        yield (
+            f'contacts: {copies[0]!r} mimics another joint, which no robot on the ground has; '
+            'make it fixed in robot.urdf'
         )
     touching = {contact.link for contact in file.contacts.values()}
     for name in file.feet:
         if name not in touching:
-            raise UserError(f'{path}: feet: no contact belongs to {name!r}')
+            yield f'feet: no contact belongs to {name!r}'
     if any(t.quantity == 'ankle_forward' for t in file.reward) and len(file.feet) != 2:
-        raise UserError(f'{path}: feet: ankle_forward needs two')
+        yield 'feet: ankle_forward needs two'
     for name, pose in file.start_poses.items():
         if pose.on_ground and not (file.contacts and file.base == 'planar'):
-            raise UserError(
-                f'{path}: start_poses.{name}: on_ground needs base: planar and contacts'
-            )
+            yield f'start_poses.{name}: on_ground needs base: planar and contacts'
 
 
 def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) -> None:

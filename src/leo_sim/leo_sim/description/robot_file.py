@@ -13,6 +13,8 @@ Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]  # rad, m, or either per s
 Length = Annotated[float, Field(ge=LENGTH[0], le=LENGTH[1])]
 Drawn = Coordinate | tuple[Coordinate, Coordinate]
 Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
+OfJoint = Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate']
+OfStep = Literal['step', 'fall', 'com_forward', 'ankle_forward', 'motor_power']
 
 
 class ActuatorFile(Schema):
@@ -90,7 +92,7 @@ class SensorFile(Schema):
 
 
 class ObservedFile(Schema):
-    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate']
+    quantity: OfJoint
     joint: str
 
 
@@ -100,19 +102,7 @@ class RewardFile(Schema):
     Quantities of a joint are those after the step; the others are of the whole robot and step.
     """
 
-    quantity: Literal[
-        'angle',
-        'wrapped_angle',
-        'cos',
-        'sin',
-        'rate',
-        'input',
-        'step',
-        'fall',
-        'com_forward',
-        'ankle_forward',
-        'motor_power',
-    ]
+    quantity: Literal[OfJoint, 'input', OfStep]
     joint: str | None = None
     weight: Finite
     power: int = 1

@@ -21,6 +21,7 @@ from leo_sim.description.joint import Link as Link
 BOUNDED = ('revolute', 'prismatic')
 KINDS = (*BOUNDED, 'continuous', 'fixed')
 AXIS = '1 0 0'  # where a URDF names none
+TENSOR = 'ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'
 Read = TypeVar('Read')
 
 
@@ -156,9 +157,7 @@ def _body(link: Element) -> Body:
         _within('mass', 'kg', m)
     _within('origin', 'm', *com)
     figures = tensor.attrib if tensor is not None else {}
-    xx, yy, zz, xy, xz, yz = (
-        _number(figures.get(k)) for k in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
-    )
+    xx, yy, zz, xy, xz, yz = (_number(figures.get(key)) for key in TENSOR)
     _within('inertia', 'kg m2', xx, yy, zz)
     full = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
     xx, yy, zz, xy, xz, yz = full[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)].tolist()
@@ -263,9 +262,8 @@ def inertial(
     place = {'xyz': numbers(com), 'rpy': numbers(rpy(rotation))}
     SubElement(element, 'origin', place)
     SubElement(element, 'mass', {'value': repr(float(mass))})
-    ixx, iyy, izz = (repr(float(moment)) for moment in moments)
-    inertia = {'ixx': ixx, 'iyy': iyy, 'izz': izz, 'ixy': '0', 'ixz': '0', 'iyz': '0'}
-    SubElement(element, 'inertia', inertia)
+    figures = *(repr(float(moment)) for moment in moments), '0', '0', '0'
+    SubElement(element, 'inertia', dict(zip(TENSOR, figures, strict=True)))
     return element
 
 

@@ -83,9 +83,8 @@ def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
         if placed.effect.name == LAG:
             lag[[a.joint in placed.where for a in robot.actuators]] = placed.parameters['tau']
     zero = motor(0.0, 0.0)
-    return Drives(
-        motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0), bias, most, scale / strongest, lag
-    )
+    lines = motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0)
+    return Drives(*lines, bias, most, scale / strongest, lag)
 
 
 def refuse_mimics(robot: Robot, what: str, about_urdf: str = '') -> None:

@@ -8,32 +8,9 @@ import numpy as np
 
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed
-from leo_sim.export.needs import (
-    ARMATURE,
-    BIAS,
-    DAMPING,
-    DRY,
-    friction_at_speed,
-    INERTIA,
-    LAG,
-    LIMIT,
-    MOTOR,
-    needs,
-    OFFSET,
-    SPRING,
-    TOUCH,
-)
+from leo_sim.export.needs import ARMATURE, friction_at_speed, lacking, MOTOR, OFFSET, SPEAKS, TOUCH
 from leo_sim.model.model import Model
 
-SPEAKS = {
-    'MJCF': frozenset(
-        (INERTIA, ARMATURE, DAMPING, SPRING, DRY, BIAS, MOTOR, LIMIT, LAG, OFFSET, TOUCH)
-    ),
-    'URDF': frozenset((INERTIA, DAMPING, DRY)),
-    'SDF': frozenset((INERTIA, DAMPING, SPRING, DRY, MOTOR, LIMIT)),
-    'Isaac Lab': frozenset((INERTIA, ARMATURE, DAMPING, DRY, MOTOR, LIMIT)),
-}
-"""What each format holds."""
 GRAVITY = {'SDF': 9.8, 'URDF': 9.81, 'Isaac Lab': 9.81}
 """What the worlds of formats without gravity have, m/s2: Gazebo's, and Isaac Lab's."""
 BACK_EMF_AS_DAMPING = {('MJCF', 'position'), ('Isaac Lab', 'position')} | {
@@ -57,12 +34,12 @@ def held(model: Model, format_name: str) -> Held:
     kept: list[Placed] = []
     effects, left_out = [], []
     for placed in model.effects:
-        part, lacking = _part(placed, model, format_name, kept)
+        part, without = _part(placed, model, format_name, kept)
         if part is not None:
             kept.append(part)
             effects.append(described(part))
-        if lacking:
-            left_out.append(f'{described(placed)}: {lacking}')
+        if without:
+            left_out.append(f'{described(placed)}: {without}')
     left_out += _figures_left_out(model, format_name)
     written = model.changed(effects=kept, by_recording={}, difference_model=None)
     return Held(written, _simulated(written, format_name), tuple(effects), tuple(left_out))
@@ -81,23 +58,20 @@ def _part(
     placed: Placed, model: Model, format_name: str, kept: list[Placed]
 ) -> tuple[Placed | None, str]:
     """What of an effect a format holds, and what it lacks for the rest."""
-    robot, speaks = model.robot, SPEAKS[format_name]
-    if robot.input == 'position':
-        speaks = speaks - {BIAS}
-    lacking = needs(placed, robot) - speaks
+    without = lacking(placed, model.robot, format_name)
     second_lag = any(
         placed.effect.name == other.effect.name == 'actuator_lag'
         and {*placed.where} & {*other.where}
         for other in kept
     )
-    if not lacking and not second_lag:
+    if not without and not second_lag:
         return placed, ''
     level = friction_at_speed(placed)
     if level is not None:
-        part = place(robot, 'coulomb_friction', placed.where, c=level)
+        part = place(model.robot, 'coulomb_friction', placed.where, c=level)
         unit = part.units['c']
         return part, f'{format_name} holds the {level:.4g} {unit} at speed alone, as dry friction'
-    return None, f'{format_name} holds no {" and no ".join(sorted(lacking)) or "second lag"}'
+    return None, f'{format_name} holds no {" and no ".join(sorted(without)) or "second lag"}'
 
 
 def _simulated(written: Model, format_name: str) -> Model:

@@ -32,10 +32,24 @@ COMMAND = 'delays or dead bands of commands'
 SENSOR = 'sensors that are late, slow or scaled'
 SOFT = "the ground's own stiffness and damping"
 
+SPEAKS = {
+    'MJCF': {INERTIA, ARMATURE, DAMPING, SPRING, DRY, BIAS, MOTOR, LIMIT, LAG, OFFSET, TOUCH},
+    'URDF': {INERTIA, DAMPING, DRY},
+    'SDF': {INERTIA, DAMPING, SPRING, DRY, MOTOR, LIMIT},
+    'Isaac Lab': {INERTIA, ARMATURE, DAMPING, DRY, MOTOR, LIMIT},
+}
+"""What each format holds."""
+
 TRIED = 200  # random states and torques at which a law is tried
 SAME = 1e-9  # how far two figures may differ, as a share, that are the same but for rounding
 LARGEST = np.array([6.0, 20.0, 5.0, 5.0])
 """Range of what is tried: angle rad, rate rad/s, motor torque and back-EMF N m."""
+
+
+def lacking(placed: Placed, robot: Robot, format_name: str) -> set[str]:
+    """What an effect of a robot needs that a format does not hold; empty where it is in it."""
+    servos = {BIAS} if robot.input == 'position' else set()
+    return needs(placed, robot) - (SPEAKS[format_name] - servos)
 
 
 def needs(placed: Placed, robot: Robot) -> set[str]:
@@ -122,9 +136,7 @@ def _tried(placed: Placed, fast: float = 1.0) -> tuple[Any, Any]:
     shape = (len(LARGEST), TRIED, len(placed.where))
     q, dq, motor, back_emf = rng.uniform(-1, 1, shape) * LARGEST[:, None, None]
     dq = dq * fast
-    torque = placed.effect.torque(
-        placed.parameters, q, dq, Motor(motor, back_emf), np.zeros_like(q)
-    )
+    torque = placed.effect.torque(placed.parameters, q, dq, Motor(motor, back_emf), 0 * q)
     return (q, dq, motor, back_emf), np.abs(torque) if placed.effect.dry else torque
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.description.joint import Joint
 from leo_sim.description.robot import Robot
-from leo_sim.description.urdf import numbers, origin, put_bodies, rpy
+from leo_sim.description.urdf import numbers, origin, put_bodies, rpy, TENSOR
 from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
 from leo_sim.model.model import Model
 
@@ -20,7 +20,6 @@ VERSION = '1.11'
 WORLD = 'world'
 LEAST_MASS, LEAST_INERTIA = 1e-6, 1e-9
 """Of links without mass, kg and kg m2: SDFormat gives them 1 kg, and takes no zero."""
-TENSOR = 'ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'
 SIZES = {'box': ('size',), 'sphere': ('radius',), 'cylinder': ('radius', 'length'), 'mesh': ()}
 FORCE = 'gz-sim-apply-joint-force-system', 'gz::sim::systems::ApplyJointForce'
 SERVO = 'gz-sim-joint-position-controller-system', 'gz::sim::systems::JointPositionController'

@@ -159,9 +159,8 @@ def _locked(system: _System, y: _Motion, phase: _Phase) -> _Motion:
     """Sticking joints at rest, motor sides without free play moving with their joints."""
     linked = (system.gap == 0) | (phase.engaged != 0)
     edge = np.where(system.gap > 0, phase.engaged * 0.5 * system.gap, 0.0)
-    return y._replace(
-        speed=np.where(linked, y.dq, y.speed), offset=np.where(linked, edge, y.offset)
-    )
+    speed, offset = np.where(linked, y.dq, y.speed), np.where(linked, edge, y.offset)
+    return y._replace(speed=speed, offset=offset)
 
 
 def _struck(system: _System, y: _Motion, ends: Any) -> _Motion:

@@ -18,9 +18,7 @@ from leo_sim.kinematics.gait import Gait
 Array = np.ndarray
 Script = Callable[[float, Array, Array], Array]
 """Voltages (A,) at a time since the start of the motion [s], for measured angles and rates."""
-JOINTS = tuple(
-    f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle') for side in ('left', 'right')
-)
+JOINTS = tuple(f'{side}_{of}' for of in ('hip', 'knee', 'ankle') for side in ('left', 'right'))
 DAMPING = 0.3  # V s/rad
 SHAKEN = 0.85  # how much of a random voltage stays after a control period
 FALLEN_PITCH, FALLEN_HEIGHT = 1.0, 0.15  # rad; of a hip over the feet, m

@@ -3,18 +3,17 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, get_args, NamedTuple
 
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import Robot
-from leo_sim.description.robot_check import OF_JOINTS
-from leo_sim.description.robot_file import RewardFile
+from leo_sim.description.robot_file import OfJoint, OfStep, RewardFile
 from leo_sim.kinematics.gait import Gait
 from leo_sim.model.state import State
 
-QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')  # quantities of one joint
+QUANTITIES = get_args(OfJoint)
 
 
 class _Step(NamedTuple):
@@ -33,9 +32,7 @@ class Task:
         self._remembers = any(term.quantity == 'ankle_forward' for term in robot.reward)
         rules = [rule for rule in robot.termination if rule.quantity in QUANTITIES]
         self._watched = _columns(robot, rules)
-        self._low, self._high = (
-            np.array([getattr(rule, end) for rule in rules]) for end in ('low', 'high')
-        )
+        self._low, self._high = np.reshape([(r.low, r.high) for r in rules], (-1, 2)).T
         self._heights = [r for r in robot.termination if r.quantity == 'height_over_feet']
         self._motors = [
             np.array([getattr(a, key) for a in robot.actuators])
@@ -91,7 +88,7 @@ class Task:
         return Gait(self.robot)
 
     def _error(self, term: RewardFile, step: _Step) -> Any:
-        if term.quantity not in OF_JOINTS:
+        if term.quantity in get_args(OfStep):
             return self._whole(term.quantity, step) - term.target
         if term.quantity == 'input':
             motors = [a.joint == term.joint for a in self.robot.actuators]
@@ -110,9 +107,8 @@ class Task:
         if name == 'com_forward':
             return self._gait.com_x(step.after.q) - self._gait.com_x(step.before.q)
         # The distance before, seen from the foot that carries now: a footstep changes its sign.
-        return self._gait.stride(step.after.q, step.stance) - self._gait.stride(
-            step.before.q, step.stance
-        )
+        stride = self._gait.stride
+        return stride(step.after.q, step.stance) - stride(step.before.q, step.stance)
 
 
 def observation(robot: Robot, q: Array, dq: Array) -> np.ndarray:
@@ -134,7 +130,5 @@ def _features(q: Array, dq: Array) -> np.ndarray:
 
 def _columns(robot: Robot, terms: Sequence[Any]) -> list[int]:
     """Where the quantities of terms are among the features."""
-    joints = robot.joint_names
-    return [
-        QUANTITIES.index(term.quantity) * len(joints) + joints.index(term.joint) for term in terms
-    ]
+    kind, joints = QUANTITIES.index, robot.joint_names
+    return [kind(t.quantity) * len(joints) + joints.index(t.joint) for t in terms]

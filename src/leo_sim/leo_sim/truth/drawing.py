@@ -5,8 +5,6 @@ The size is the rms change of the noise-free open loop over half a second, in no
 floors, log-uniform between 60 and 200: a bob of 55 g that lacks 15 to 90 g, say.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import math
 from typing import Any, Protocol
@@ -134,7 +132,8 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng)
     if name == 'directional_load_friction':
         return {'mu': (0.0, 1.0), 'mu_back': (0.0, rng.choice([0.3, 3.0]))}
     if name == 'quadratic_load_friction':
-        return {'mu': (0.0, 0.3), 'mu2': (0.0, 2.0 / _strongest(robot))}
+        strongest = max((a.stall for a in robot.actuators), default=1.0)
+        return {'mu': (0.0, 0.3), 'mu2': (0.0, 2.0 / strongest)}
     if name == 'joint_spring':
         return {'k': (0.0, 1.0), 'rest': (angle, 0.0)}
     if name == 'payload':
@@ -148,15 +147,6 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng)
     sign = 1.0 if first.low >= first.neutral or name in GROWS else rng.choice([-1.0, 1.0])
     sign = -1.0 if name in SHRINKS else float(sign)
     return {first.name: (first.neutral, sign), **{p.name: (p.neutral, 0.0) for p in others}}
-
-
-def _strongest(robot: Robot) -> float:
-    """The largest torque of a motor, N m; 1 without one."""
-    most = [1.0] if not robot.actuators else []
-    for a in robot.actuators:
-        gain = a.torque_constant / a.resistance if a.torque_constant and a.resistance else 1.0
-        most.append(a.strongest * gain)
-    return max(most)
 
 
 def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers) -> dict[str, Any]:

@@ -5,8 +5,6 @@ Imported by the simulated driver alone. The truth leaves this module in one way 
 `leo reveal FILE`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,10 +32,12 @@ def hidden_model(
     `sealed` given, is written sealed and the file's name is printed. UserError: no such file, an
     unknown effect, no such seed, or both ways at once.
     """
-    effects = _effects(robot, private.get('hidden', ''), private.get('hidden_seed', -1))
-    drawn = private.get('hidden_seed', -1) >= 0
-    if drawn or (effects and private.get('sealed')):
-        _seal(Path(private.get('sealed') or DEFAULT_FILE), robot, effects)
+    seed, sealed = private.get('hidden_seed', -1), private.get('sealed')
+    effects = _effects(robot, private.get('hidden', ''), seed)
+    if seed >= 0 or (effects and sealed):
+        truth = {'robot': robot.name, 'effects': write_effects(effects)}
+        seal(Path(sealed or DEFAULT_FILE), yaml.safe_dump(truth, sort_keys=False))
+        print(f'sealed: {sealed or DEFAULT_FILE}', flush=True)
     return Model(robot, effects, engine=engine, integration_step=integration_step)
 
 
@@ -49,9 +49,3 @@ def _effects(robot: Robot, file: str, seed: int) -> tuple[Placed, ...]:
     if seed >= 0:
         return (draw(robot, np.random.default_rng(seed)),)
     return load_effects(file, robot) if file else ()
-
-
-def _seal(path: Path, robot: Robot, effects: tuple[Placed, ...]) -> None:
-    truth = {'robot': robot.name, 'effects': write_effects(effects)}
-    seal(path, yaml.safe_dump(truth, sort_keys=False))
-    print(f'sealed: {path}', flush=True)

@@ -5,8 +5,6 @@ A seal is no encryption. The first line says what the file is and how to open it
 the SHA-256 of the text, the rest is the text compressed in base64.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 from pathlib import Path
@@ -31,30 +29,22 @@ def seal(path: Path, text: str) -> None:
 def unseal(path: Path) -> str:
     """The text sealed in `path`; UserError: no such file, not a sealed one, or it was changed."""
     try:
-        first, digest, *packed = path.read_text().splitlines()
+        first, digest, *packed = [*path.read_text(errors='replace').splitlines(), '', '']
     except OSError as error:
         raise UserError(f'cannot read {path}: {error.strerror}') from error
-    except (ValueError, UnicodeDecodeError) as error:
-        raise UserError(_not_sealed(path)) from error
     if first != FIRST_LINE:
-        raise UserError(_not_sealed(path))
-    return _unpack(path, digest, ''.join(packed))
-
-
-def _unpack(path: Path, digest: str, packed: str) -> str:
-    damaged = f'{path} was changed after it was sealed; let the robot write it again'
+        raise UserError(
+            f'{path} is not a sealed file; give the one that the robot printed as "sealed: FILE"'
+        )
     try:
-        text = zlib.decompress(base64.b64decode(packed, validate=True)).decode()
+        text = zlib.decompress(base64.b64decode(''.join(packed), validate=True)).decode()
+        if _digest(text) != digest:
+            raise ValueError('another digest')
     except (ValueError, zlib.error) as error:
+        damaged = f'{path} was changed after it was sealed; let the robot write it again'
         raise UserError(damaged) from error
-    if _digest(text) != digest:
-        raise UserError(damaged)
     return text
 
 
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _not_sealed(path: Path) -> str:
-    return f'{path} is not a sealed file; give the one that the robot printed as "sealed: FILE"'

@@ -45,9 +45,8 @@ def explanation(folder, **changes):
 
 
 def test_the_folder_of_an_explanation_stands_for_its_file(tmp_path):
-    file, folder = (
-        from_explanation(Model(PENDULUM), p)[0] for p in (explanation(tmp_path), tmp_path)
-    )
+    both = explanation(tmp_path), tmp_path
+    file, folder = (from_explanation(Model(PENDULUM), path)[0] for path in both)
     assert file.effects == folder.effects != ()
 
 
@@ -92,15 +91,25 @@ def test_a_model_is_never_overwritten(tmp_path, capsys):
     assert path.read_text() == 'robot: pendulum\n'
 
 
-def test_another_robot_is_refused(tmp_path):
-    with pytest.raises(UserError, match="explains 'pendulum', the model is of 'torque_pendulum'"):
-        from_explanation(Model('torque_pendulum'), explanation(tmp_path))
+ROW, REFITTED = EXPLANATION['effects'][0], EXPLANATION['constants'][CONSTANT]
 
 
-def test_an_explanation_without_effects_adds_nothing(tmp_path):
-    path = explanation(tmp_path, effects=[], verdict='fine')
-    with pytest.raises(UserError, match=r'names no effect \(verdict fine\)'):
-        from_explanation(Model(PENDULUM), path)
+@pytest.mark.parametrize(
+    ('changes', 'said'),
+    [
+        ({'provenance': EXPLANATION['provenance'] | {'robot': 'leo'}}, "explains 'leo'"),
+        ({'effects': [], 'verdict': 'fine'}, r'names no effect \(verdict fine\)'),
+        (
+            {'effects': [ROW | {'parameters': {'c': {'value': -1.0, 'ci95': [0, 1]}}}]},
+            r'coulomb_friction\.c: -1 is outside 0 to inf N m',
+        ),
+        ({'constants': {CONSTANT: REFITTED | {'value': 0.0}}}, '0 ohm is not within'),
+        ({'constants': {CONSTANT: REFITTED | {'unit': 'V'}}}, "the unit is 'ohm', found 'V'"),
+    ],
+)
+def test_an_explanation_that_cannot_be_added_is_refused(changes, said, tmp_path):
+    with pytest.raises(UserError, match=said):
+        from_explanation(Model(PENDULUM), explanation(tmp_path, **changes))
 
 
 @pytest.mark.parametrize(
@@ -118,12 +127,6 @@ def test_values_are_checked(robot, words, said):
     with pytest.raises(UserError) as error:
         from_words(Model(robot), words.split())
     assert said in str(error.value)
-
-
-def test_a_damaged_explanation_is_refused(tmp_path):
-    row = {**EXPLANATION['effects'][0], 'parameters': {'c': {'value': -1.0, 'ci95': [0, 1]}}}
-    with pytest.raises(UserError, match=r'coulomb_friction\.c: -1 is outside 0 to inf N m'):
-        from_explanation(Model(PENDULUM), explanation(tmp_path, effects=[row]))
 
 
 def test_several_effects_each_with_its_parameters():
@@ -162,13 +165,3 @@ def test_an_explanation_moves_to_a_sibling(tmp_path, capsys):
 def test_one_robot_is_given(argv, tmp_path, capsys):
     assert main(['add', *argv, '-o', str(tmp_path / 'new.yaml')]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
-    ('changed', 'said'),
-    [({'value': 0.0}, '0 ohm is not within'), ({'unit': 'V'}, "the unit is 'ohm', found 'V'")],
-)
-def test_a_constant_that_cannot_be_is_refused(changed, said, tmp_path):
-    constants = {CONSTANT: EXPLANATION['constants'][CONSTANT] | changed}
-    with pytest.raises(UserError, match=said):
-        from_explanation(Model(PENDULUM), explanation(tmp_path, constants=constants))

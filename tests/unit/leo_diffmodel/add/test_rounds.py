@@ -44,23 +44,20 @@ def ask(*verdicts: str):
 
 
 @pytest.mark.parametrize(
-    ('verdicts', 'count'),
+    ('verdicts', 'within', 'count'),
     [
-        (('named',), 1),
-        (('ambiguous',), 1),
-        (('unknown',), 1),
-        (('partly', 'named'), 2),
-        (('partly', 'unknown'), 1),
-        (('partly', 'ambiguous'), 1),
-        (('partly', 'partly', 'named'), 3),
+        (('named',), math.inf, 1),
+        (('ambiguous',), math.inf, 1),
+        (('unknown',), math.inf, 1),
+        (('partly', 'named'), math.inf, 2),
+        (('partly', 'named'), 0.5, 1),
+        (('partly', 'unknown'), math.inf, 1),
+        (('partly', 'ambiguous'), math.inf, 1),
+        (('partly', 'partly', 'named'), math.inf, 3),
     ],
 )
-def test_sure_effects_are_added_as_long_as_there_are_any(verdicts, count):
-    assert len(rounds(ask(*verdicts), PENDULUM, math.inf)) == count
-
-
-def test_no_round_begins_after_the_time():
-    assert len(rounds(ask('partly', 'named'), PENDULUM, 0.5)) == 1
+def test_sure_effects_are_added_as_long_as_there_are_any_and_time(verdicts, within, count):
+    assert len(rounds(ask(*verdicts), PENDULUM, within)) == count
 
 
 def test_rounds_are_one_answer():

@@ -27,9 +27,7 @@ PAGE = 4096
 MIB = 1 << 20
 
 
-def write(
-    folder: Path, compression: CompressionType = CompressionType.NONE, crc: bool = True
-) -> Path:
+def write(folder: Path, compression=CompressionType.NONE, crc: bool = True) -> Path:
     """A bag file of 400 states, 2000 bytes in a chunk."""
     t = 0.01 * np.arange(400)[:, None]
     swing = states(400, ['pivot'], np.sin(t), np.cos(t))

@@ -61,9 +61,11 @@ def test_info_cut_and_play_know_it(bags, tmp_path):
     assert len(read_bag(tmp_path / 'cut', PENDULUM).episodes[0].t) == 101
 
 
-def copied(bags: tuple[Path, Path], folder: Path) -> Path:
+def copied(bags: tuple[Path, Path], folder: Path, change: str = '') -> Path:
     file = folder / 'bag_0.db3'
     file.write_bytes(next(bags[1].glob('*.db3')).read_bytes())
+    with sqlite3.connect(file) as database:
+        database.execute(change)
     return file
 
 
@@ -77,9 +79,7 @@ def copied(bags: tuple[Path, Path], folder: Path) -> Path:
     ],
 )
 def test_a_row_that_is_no_message_is_left_out_and_said(bags, tmp_path, change):
-    file = copied(bags, tmp_path)
-    with sqlite3.connect(file) as database:
-        database.execute(change)
+    file = copied(bags, tmp_path, change)
     (warning,) = [w for w in read_bag(file, PENDULUM).warnings if 'damaged' in w]
     assert 'damaged in 1 places' in warning
 
@@ -95,11 +95,8 @@ def test_a_row_that_is_no_message_is_left_out_and_said(bags, tmp_path, change):
     ],
 )
 def test_what_is_no_bag_is_said_in_one_line(bags, tmp_path, change, message):
-    file = copied(bags, tmp_path)
-    with sqlite3.connect(file) as database:
-        database.execute(change)
     with pytest.raises(UserError, match=message):
-        read_bag(file, PENDULUM)
+        read_bag(copied(bags, tmp_path, change), PENDULUM)
 
 
 @pytest.mark.parametrize('share', [0.3, 0.6, 0.95])

@@ -121,7 +121,5 @@ def test_compare_goes_on_without_them(tmp_path, capsys):
 
 def test_what_pushes_a_slide_is_told_in_its_units(tmp_path):
     robot = cart(tmp_path)
-    units = {
-        kind: [c.unit for c in input_channels(robot, kind)] for kind in ('torque', 'position')
-    }
+    units = {of: [c.unit for c in input_channels(robot, of)] for of in ('torque', 'position')}
     assert units == {'torque': ['N'], 'position': ['m']}

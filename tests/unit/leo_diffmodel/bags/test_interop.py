@@ -116,10 +116,9 @@ def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, r
         for k in range(200):
             stamp = k * 10_000_000
             volts = run.inputs['pivot']['voltage'][k]
-            state = cdr.joint_state(
-                stamp, ('grip', 'hinge'), [9.0, run.q[k, 0]], [9.0, run.dq[k, 0]]
-            )
-            applied = cdr.joint_state(stamp, ('grip', 'hinge'), effort=[np.nan, volts])
+            q, dq, names = run.q[k, 0], run.dq[k, 0], ('grip', 'hinge')
+            state = cdr.joint_state(stamp, names, [9.0, q], [9.0, dq])
+            applied = cdr.joint_state(stamp, names, effort=[np.nan, volts])
             writer.write(connections['/arm/states'], stamp, state)
             writer.write(connections['/arm/applied'], stamp, applied)
     (tmp_path / 'map.yaml').write_text(
@@ -266,9 +265,8 @@ def test_type_hashes_are_those_of_ros(package):
     found = 0
     for file in (folder / 'share' / package / 'msg').glob('*.json'):
         name = f'{package}/msg/{file.stem}'
-        hashes = {
-            h['type_name']: h['hash_string'] for h in json.loads(file.read_text())['type_hashes']
-        }
+        told = json.loads(file.read_text())['type_hashes']
+        hashes = {h['type_name']: h['hash_string'] for h in told}
         assert definition(name)[1] == hashes[name]
         found += 1
     assert found

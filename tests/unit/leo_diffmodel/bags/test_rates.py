@@ -63,9 +63,8 @@ def test_two_cuts_of_a_bag_are_distinct_where_they_share_no_time():
 
 def test_a_rate_that_only_wanders_stays_one():
     def jittered(episode: Episode) -> Episode:
-        return replace(
-            episode, t=np.cumsum(np.r_[0.0, RNG.choice([0.01, 0.02], len(episode.t) - 1)])
-        )
+        steps = RNG.choice([0.01, 0.02], len(episode.t) - 1)
+        return replace(episode, t=np.cumsum(np.r_[0.0, steps]))
 
     for given in (bag(fast(), fast()), bag(jittered(fast()), fast()), bag(fast(), slow(2, 1.0))):
         assert by_rate([given]) == [given]

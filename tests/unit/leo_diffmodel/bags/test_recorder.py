@@ -61,9 +61,8 @@ def streamed_messages(file: Path) -> int:
 
 def test_kill_9_costs_at_most_0_2_s_and_the_bag_reads_and_finishes(tmp_path):
     bag = tmp_path / 'bag'
-    child = subprocess.Popen(
-        [sys.executable, '-c', CHILD, str(bag)], stdout=subprocess.PIPE, text=True
-    )
+    words = [sys.executable, '-c', CHILD, str(bag)]
+    child = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     assert child.stdout is not None
     while int(child.stdout.readline()) < 150:
         pass

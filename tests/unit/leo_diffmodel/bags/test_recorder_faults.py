@@ -105,9 +105,8 @@ def test_a_full_disk_costs_what_came_meanwhile_and_nothing_else(room, tmp_path, 
     assert finish_bag(tmp_path / 'bag') is BagState.FINISHED
     contents = load(tmp_path / 'bag')
     assert contents.damaged == 0
-    numbers = [
-        decode(m.data, EPISODE.type).data for m in contents.topics['/robot/episode'].messages
-    ]
+    latched = contents.topics['/robot/episode'].messages
+    numbers = [decode(m.data, EPISODE.type).data for m in latched]
     assert (numbers[0], numbers[-1]) == (1, 2)
     warnings = read_bag(tmp_path / 'bag', PENDULUM).warnings
     assert any(f'{recorder.lost} messages were lost' in warning for warning in warnings)

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from safetensors.torch import load, save
+from safetensors.torch import save
 from tests.difference import untrained
 import torch
 
@@ -15,6 +15,7 @@ from leo_diffmodel.difference.fit import calibration, fit, TRAIN
 from leo_diffmodel.difference.model import from_bytes
 from leo_diffmodel.difference.network import CONFIGS, RECOMMENDED, THESIS
 from leo_diffmodel.difference.service import correction
+from leo_diffmodel.difference.tensors import read_tensors
 from leo_diffmodel.difference.training import targets
 from leo_diffmodel.difference.trust import calibrated
 from leo_msgs_py.errors import UserError
@@ -140,11 +141,8 @@ def test_a_corrected_joint_stays_within_its_stops():
 
 
 def test_channels_are_named():
-    assert channel_names(load_robot('pendulum'), 'state') == (
-        'pivot angle',
-        'pivot angle',
-        'pivot rate',
-    )
+    names = channel_names(load_robot('pendulum'), 'state')
+    assert names == ('pivot angle', 'pivot angle', 'pivot rate')
     leo = load_robot('leo')
     assert channel_names(leo, 'torque')[2] == 'left_knee torque'
     assert len(channel_names(leo, 'state')) == untrained(Model(leo)).layout.states
@@ -158,24 +156,19 @@ def test_files_come_back_as_they_were(fitted, steps, form):
     rows = steps.q, steps.dq, steps.inputs
     for one, two in zip(difference.judge(*rows), again.judge(*rows), strict=True):
         np.testing.assert_array_equal(one, two)
-    assert metadata(data)['form'] == again.config.form
-
-
-def metadata(data: bytes) -> dict[str, str]:
-    return json.loads(data[8 : 8 + int.from_bytes(data[:8], 'little')])['__metadata__']
+    assert read_tensors(data)[1]['form'] == again.config.form
 
 
 def test_files_of_before_there_were_forms_are_read(model, steps):
     short = replace(THESIS, hidden=(8,), epochs=1)
     single, report = fit(steps, model, short)
     assert report.inside is None
-    old = metadata(single.to_bytes())
+    tensors, old = read_tensors(single.to_bytes())
     del old['form']
     config = json.loads(old['config'])
-    old['config'] = json.dumps(
-        {k: config[k] for k in config if k not in ('form', 'members', 'prior')}
-    )
-    again = from_bytes(save(load(single.to_bytes()), old))
+    newer = 'form', 'members', 'prior'
+    old['config'] = json.dumps({k: config[k] for k in config if k not in newer})
+    again = from_bytes(save(tensors, old))
     judged = again.judge(steps.q, steps.dq, steps.inputs)
     np.testing.assert_array_equal(judged.correction, single(steps.q, steps.dq, steps.inputs))
     assert judged.channel is None and np.all(judged.factor == 1.0)
@@ -183,7 +176,7 @@ def test_files_of_before_there_were_forms_are_read(model, steps):
 
 def respelled(data: bytes, name: str, value: np.ndarray | str | None) -> bytes:
     """Weights with another tensor or another text in the metadata, or without that text."""
-    tensors, told = load(data), metadata(data)
+    tensors, told = read_tensors(data)
     if isinstance(value, np.ndarray):
         return save(tensors | {name: torch.from_numpy(value)}, told)
     del told[name]
@@ -253,10 +246,11 @@ def test_weights_of_before_say_what_cannot_be_checked(fitted, model):
 
 def test_bad_files_and_too_little_data_are_one_line(model, steps, fitted):
     data = fitted['recommended'][0].to_bytes()
-    tensors, told = load(data), metadata(data)
+    tensors, told = read_tensors(data)
     blind = {name: value for name, value in tensors.items() if not name.startswith('trust.')}
     strange = told | {'config': told['config'].replace('"state"', '"dream"')}
-    for made in (save(blind, told), save(tensors, strange), data[:-100]):
+    other = b'', b'x' * 100, save({'a': torch.zeros(1)})
+    for made in (save(blind, told), save(tensors, strange), data[:-100], *other):
         with pytest.raises(UserError, match='not the weights') as error:
             from_bytes(made)
         assert '\n' not in str(error.value)

@@ -56,9 +56,6 @@ def test_mujoco_with_the_file_errs_as_what_the_format_holds(found):
     errors = {name: np.array(values) for name, values in found['errors'].items()}
     assert np.all(errors['ours'] < 1.5 * errors['noise_floor'])
     np.testing.assert_allclose(errors['exported'], errors['reduced'], rtol=0.01)
-
-
-def test_what_is_left_out_costs(found):
     assert found['by_unit']['reduced']['rad'] > 2 * found['by_unit']['ours']['rad']
     assert [state['unit'] for state in found['states']] == ['rad', 'rad/s']
 

@@ -83,7 +83,4 @@ def test_a_motion_is_safe_where_an_open_loop_run_is_not():
     (mild, motion), (hung, swung) = tamed(runs, [MODEL], still)
     assert 'rad/s' in str(hung) and mild.name == 'hanging: sines, small, gentle'
     assert swung is None and motion is runs[1]
-
-
-def test_a_walker_without_a_run_has_no_best_one():
     assert Proposal('show', (), ('a',), (), 'leo').best is None

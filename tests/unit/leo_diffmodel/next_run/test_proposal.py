@@ -111,6 +111,7 @@ def test_a_simulated_run_is_what_the_model_does():
     (run,) = [r for r in menu(PENDULUM, Reach.of_levels(np.ones(1)), 4.0) if not r.enabled.all()]
     (track,) = simulate([run], MODEL, DT)
     (episode,) = track.episodes
+    assert track.state_period == pytest.approx(DT)
     state = MODEL.start('nominal', np.random.default_rng(0))
     for k in range(100):
         at = round(k * DT / PENDULUM.control_period - 0.5 + 1e-9)
@@ -151,11 +152,6 @@ def test_with_nothing_open_it_shows_what_could_not_be_tested():
     assert propose([still], MODEL, answer(), seconds=4.0).aim == 'nothing'
 
 
-def test_the_sample_period_of_the_bag_is_kept(proposal):
-    (track,) = simulate([proposal.options[0].run], MODEL, DT)
-    assert track.state_period == pytest.approx(DT)
-
-
 GOOD = '# robot: pendulum\ntime [s],pivot [V],torque\n0,1,on\n0.2,-1,off\n0.4,0,on\n'
 
 
@@ -184,9 +180,7 @@ def test_a_run_file_replaces_only_a_run_file(tmp_path):
 @pytest.mark.parametrize(
     ('kind', 'unit', 'of_turning'), [('torque', 'N', 'N m'), ('position', 'm', 'rad')]
 )
-def test_inputs_of_a_slide_are_in_its_own_unit_and_older_files_are_read(
-    kind, unit, of_turning, tmp_path
-):
+def test_inputs_of_a_slide_are_in_its_unit_and_old_ones_are_read(kind, unit, of_turning, tmp_path):
     (tmp_path / 'slide.urdf').write_text(SLIDES)
     robot = make_folder(tmp_path / 'slide.urdf', tmp_path / 'slide', kind).robot
     run = Run('r', '', np.full((9, 1), 0.02), np.ones(9, bool))

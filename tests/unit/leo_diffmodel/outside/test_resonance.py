@@ -20,10 +20,7 @@ def test_the_resonance_of_an_elastic_gear_is_found(hertz):
     assert told.code == 'unexplained' and 'a resonance at' in told.what
 
 
-def test_a_rigid_joint_with_friction_has_none():
+def test_a_rigid_joint_with_friction_and_one_whose_input_asks_nothing_have_none():
     rough = place(TORQUE, 'coulomb_friction', 'pivot', c=0.3)
     assert resonance(record(TORQUE, rough, seconds=30), 0) is None
-
-
-def test_a_joint_whose_input_asks_nothing_has_none():
     assert resonance(record(TORQUE, seconds=30, inputs=np.zeros((3000, 1))), 0) is None

@@ -29,14 +29,10 @@ def explanation(recording: Recording) -> Explanation:
     return explain([recording], Model(PENDULUM))
 
 
-def test_missing_torque_has_the_slope_of_the_hidden_friction(recording, explanation):
-    _, measured, _ = trace([recording], explanation.search)
-    slope = np.polyfit(measured.dq[:, 0], measured.torque[:, 0], 1)[0]
-    assert slope == pytest.approx(-FRICTION, rel=0.1)
-
-
-def test_the_leading_candidate_runs_through_the_measured_means(recording, explanation):
+def test_missing_torque_has_the_slope_of_friction_and_the_best_candidate(recording, explanation):
     _, missing, curves = trace([recording], explanation.search)
+    slope = np.polyfit(missing.dq[:, 0], missing.torque[:, 0], 1)[0]
+    assert slope == pytest.approx(-FRICTION, rel=0.1)
     groups = binned.sort(missing.dq[:, 0])
     measured, first = missing.torque[:, 0], next(iter(curves.values()))
     off = groups.mean(measured) - groups.mean(first[:, 0])

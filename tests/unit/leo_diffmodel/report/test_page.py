@@ -22,6 +22,7 @@ from leo_diffmodel.report.compared import comparison_page
 from leo_diffmodel.report.explained import explanation_page
 from leo_diffmodel.report.sections import missing as missing_section
 from leo_diffmodel.report.sections import where as where_section
+from leo_diffmodel.report.sections.verdict import MEANING
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
@@ -72,10 +73,9 @@ def missing() -> MissingTorque:
 
 
 def explanation(verdict: str, model: Model, sentence: str = 'Sentence <1> & 2.') -> Explanation:
-    told = {'next_run': 'Let it swing with the motors free.', 'not_testable': [RIPPLE]}
-    return Explanation(
-        verdict, (Told(sentence),), model, **told, provenance=PROVENANCE, seconds=0.1
-    )
+    run = {'next_run': 'Let it swing with the motors free.', 'not_testable': [RIPPLE]}
+    told = (Told(sentence),)
+    return Explanation(verdict, told, model, **run, provenance=PROVENANCE, seconds=0.1)
 
 
 def comparison(missing: MissingTorque, model: Model, factor: float) -> Comparison:
@@ -104,9 +104,7 @@ def comparison(missing: MissingTorque, model: Model, factor: float) -> Compariso
     return Comparison(data, missing, where(missing, model), prediction)
 
 
-@pytest.mark.parametrize(
-    'verdict', ['fine', 'named', 'partly', 'ambiguous', 'unknown', 'untestable']
-)
+@pytest.mark.parametrize('verdict', MEANING)
 def test_every_verdict_makes_a_page(verdict, model, recording):
     links, text = read(explanation_page(explanation(verdict, model), [recording]))
     assert links.urls == [] and links.scripts == 0
@@ -141,9 +139,7 @@ def test_what_came_from_outside_is_escaped(model, recording):
     assert '<run>' not in html and 'bags/<run> & "1"' in text
 
 
-def test_the_comparison_is_a_sentence_of_numbers_and_axes_carry_their_unit(
-    model, recording, missing
-):
+def test_the_comparison_is_a_sentence_of_numbers_and_axes_have_units(model, recording, missing):
     html = comparison_page(comparison(missing, model, 4.0), [recording], model)
     links, text = read(html)
     assert links.urls == [] and links.scripts > 0

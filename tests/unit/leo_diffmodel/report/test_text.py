@@ -6,80 +6,51 @@ import pytest
 from leo_diffmodel.report import text
 
 
-@pytest.mark.parametrize(
-    ('value', 'shown'),
-    [
-        (0.0, '0'),
-        (0.041234, '0.0412'),
-        (-3.14159, '−3.14'),
-        (12.0, '12.0'),
-        (2160.0, '2160'),
-        (6.17e-5, '6.17\u00a0×\u00a010⁻⁵'),
-        (-4.0e7, '−4.00\u00a0×\u00a010⁷'),
-        (None, '–'),
-        (float('inf'), '–'),
-    ],
-)
-def test_number(value, shown):
-    assert text.number(value) == shown
+def fitted(value: float, unit: str, *ci95: float) -> dict:
+    return {'value': value, 'unit': unit, 'ci95': [*ci95]}
 
 
 @pytest.mark.parametrize(
-    ('plain', 'printed'),
+    ('said', 'shown'),
     [
-        ('kg m2', 'kg m²'),
-        ('N m s2/rad2', 'N m s²/rad²'),
-        ('ohm', 'Ω'),
-        ('N m/A', 'N m/A'),
-        ('', ''),
-    ],
-)
-def test_unit(plain, printed):
-    assert text.unit(plain) == printed
-
-
-@pytest.mark.parametrize(
-    ('parameter', 'shown'),
-    [
-        ({'value': 0.041, 'unit': 'N m', 'ci95': [0.038, 0.044]}, '0.0410 ± 0.0030 N m'),
-        ({'value': 0.7, 'unit': '', 'ci95': [0.5, 0.9]}, '0.70 ± 0.20'),
+        (text.number(0.0), '0'),
+        (text.number(0.041234), '0.0412'),
+        (text.number(-3.14159), '−3.14'),
+        (text.number(12.0), '12.0'),
+        (text.number(2160.0), '2160'),
+        (text.number(6.17e-5), '6.17\u00a0×\u00a010⁻⁵'),
+        (text.number(-4.0e7), '−4.00\u00a0×\u00a010⁷'),
+        (text.number(None), '–'),
+        (text.number(float('inf')), '–'),
+        (text.unit('kg m2'), 'kg m²'),
+        (text.unit('N m s2/rad2'), 'N m s²/rad²'),
+        (text.unit('ohm'), 'Ω'),
+        (text.unit('N m/A'), 'N m/A'),
+        (text.unit(''), ''),
+        (text.estimate(fitted(0.041, 'N m', 0.038, 0.044)), '0.0410 ± 0.0030 N m'),
+        (text.estimate(fitted(0.7, '', 0.5, 0.9)), '0.70 ± 0.20'),
         (
-            {'value': 1.2e-5, 'unit': 'kg m2', 'ci95': [1.1e-5, 1.3e-5]},
+            text.estimate(fitted(1.2e-5, 'kg m2', 1.1e-5, 1.3e-5)),
             '(1.20 ± 0.10)\u00a0×\u00a010⁻⁵ kg m²',
         ),
-        ({'value': 0.01, 'unit': 's', 'ci95': [0.0, 0.06]}, '0.0100 s (0 … 0.0600)'),
-        ({'value': 3.0, 'unit': 'V', 'ci95': [3.0, 3.0]}, '3.00 V (not determined)'),
+        (text.estimate(fitted(0.01, 's', 0.0, 0.06)), '0.0100 s (0 … 0.0600)'),
+        (text.estimate(fitted(3.0, 'V', 3.0, 3.0)), '3.00 V (not determined)'),
+        (text.percent(0.0), '0 %'),
+        (text.percent(1e-5), '0 %'),
+        (text.percent(0.003), '0.3 %'),
+        (text.percent(0.42), '42 %'),
+        (text.percent(0.998), '99.8 %'),
+        (text.percent(1), '100 %'),
+        (text.change(0.4, 0.1), '−75 %'),
+        (text.change(0.4, 0.5), '+25 %'),
+        (text.change(0.4, 0.4), '0 %'),
+        (text.nats(32903.4), '32\u202f903'),
+        (text.nats(1e-10), '0'),
+        (text.nats(8.2), '8.20'),
     ],
 )
-def test_estimate(parameter, shown):
-    assert text.estimate(parameter) == shown
-
-
-@pytest.mark.parametrize(
-    ('share', 'shown'),
-    [
-        (0.0, '0 %'),
-        (1e-5, '0 %'),
-        (0.003, '0.3 %'),
-        (0.42, '42 %'),
-        (0.998, '99.8 %'),
-        (1, '100 %'),
-    ],
-)
-def test_percent(share, shown):
-    assert text.percent(share) == shown
-
-
-@pytest.mark.parametrize(('after', 'shown'), [(0.1, '−75 %'), (0.5, '+25 %'), (0.4, '0 %')])
-def test_change_has_its_sign(after, shown):
-    assert text.change(0.4, after) == shown
-
-
-@pytest.mark.parametrize(
-    ('value', 'shown'), [(32903.4, '32\u202f903'), (1e-10, '0'), (8.2, '8.20')]
-)
-def test_nats(value, shown):
-    assert text.nats(value) == shown
+def test_figures_as_in_print(said, shown):
+    assert said == shown
 
 
 def test_prose_escapes_and_sets_effects_apart():

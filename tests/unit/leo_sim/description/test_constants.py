@@ -19,12 +19,15 @@ def changed(folder: Path, old: str, new: str) -> Path:
 
 
 @pytest.mark.parametrize('unit', ['N', 'N m'])
-def test_the_limit_of_a_slide_is_a_force(tmp_path, unit):
+def test_the_limit_of_a_slide_is_a_force_and_of_what_turns_a_torque(tmp_path, unit):
     cart(tmp_path)
     robot = load_robot(changed(tmp_path, 'unit: N m}}}', f'unit: {unit}}}}}}}'))
     units = {path: c.unit for path, c in robot.constants.items()}
     assert units['actuators.rail.limit'] == 'N' and units['joints.rail.damping'] == 'N s/m'
     assert units['actuators.rail.rotor_inertia'] == 'kg' and units['links.cart.mass'] == 'kg'
+    hinge = load_robot('torque_pendulum').constants
+    assert hinge['joints.pivot.damping'].unit == 'N m s/rad'
+    assert hinge['actuators.pivot.limit'].unit == 'N m'
 
 
 @pytest.mark.parametrize('unit', ['N s/m', 'N m s/rad'])
@@ -36,12 +39,6 @@ def test_a_model_file_may_give_the_damping_of_a_slide_in_either(tmp_path, unit):
     )
     constant = load_model(path).robot.constants['joints.rail.damping']
     assert (constant.value, constant.unit) == (0.5, 'N s/m')
-
-
-def test_what_turns_has_no_forces():
-    hinge = load_robot('torque_pendulum')
-    assert hinge.constants['joints.pivot.damping'].unit == 'N m s/rad'
-    assert hinge.constants['actuators.pivot.limit'].unit == 'N m'
 
 
 @pytest.mark.parametrize('unit', ['V', 'kg', 'rad'])

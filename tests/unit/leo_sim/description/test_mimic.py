@@ -17,12 +17,8 @@ def joints_of(text: str):
 
 def test_it_has_the_column_of_its_leader_through_others_that_mimic():
     joints = joints_of(CLAW)
-    assert {n: (j.leader, j.ratio) for n, j in joints.items()} == {
-        'left': ('', 1.0),
-        'right': ('left', -1.0),
-        'bend': ('left', -0.5),
-        'spin': ('', 1.0),
-    }
+    bound = {'left': ('', 1.0), 'right': ('left', -1.0), 'bend': ('left', -0.5), 'spin': ('', 1.0)}
+    assert {n: (j.leader, j.ratio) for n, j in joints.items()} == bound
     assert [j.name for j in joints.values() if j.independent] == ['left', 'spin']
     found = dict(zip(joints, columns(list(joints.values())), strict=True))
     assert found == {'left': 0, 'right': 0, 'bend': 0, 'spin': 1}

@@ -97,9 +97,8 @@ def test_a_set_of_mujoco_gives_the_torque_of_its_actuator(name, kv, damping):
     laws, values = load_model(name).laws, load_model(name).constants
     at = np.eye(6)[5]
     volts = laws.servos.voltage(goal[:, None] * at, q[:, None] * at, dq[:, None] * at)[:, 5]
-    constant, resistance = (
-        values[f'actuators.gripper.{k}'] for k in ('torque_constant', 'resistance')
-    )
+    figures = 'torque_constant', 'resistance'
+    constant, resistance = (values[f'actuators.gripper.{name}'] for name in figures)
     torque = voltage_motor(volts, dq, constant, resistance).torque
     expected = np.clip(kp * (goal - q) - kv * dq, -force, force) - damping * dq
     assert torque == pytest.approx(expected, abs=5e-3)

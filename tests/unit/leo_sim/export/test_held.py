@@ -9,7 +9,8 @@ from tests.gripper import SLIDES
 from tests.models import modelled
 
 from leo_sim.effects import place
-from leo_sim.export.held import held, SPEAKS
+from leo_sim.export.held import held
+from leo_sim.export.needs import SPEAKS
 from leo_sim.export.urdf import urdf
 from leo_sim.model import Model
 from leo_sim.verbs.skeleton.folder import make_folder
@@ -57,22 +58,14 @@ def sorted_out(name, parameters, format_name, robot='servo_pendulum'):
 
 
 @pytest.mark.parametrize('format_name', IN_FORMAT)
-@pytest.mark.parametrize('name', [*IN_BOTH, *IN_MJCF])
+@pytest.mark.parametrize('name', [*IN_BOTH, *IN_MJCF, *IN_NONE])
 def test_in_a_format(name, format_name):
-    kept, lines = sorted_out(name, (IN_BOTH | IN_MJCF)[name], format_name)
+    kept, lines = sorted_out(name, (IN_BOTH | IN_MJCF | IN_NONE)[name], format_name)
     if name in IN_BOTH or name in IN_FORMAT[format_name]:
         assert (kept, lines) == ([name], [])
     else:
         assert kept == []
         assert len(lines) == 1 and f'{format_name} holds no ' in lines[0]
-
-
-@pytest.mark.parametrize('name', IN_NONE)
-@pytest.mark.parametrize('format_name', SPEAKS)
-def test_in_none(name, format_name):
-    kept, lines = sorted_out(name, IN_NONE[name], format_name)
-    assert kept == []
-    assert len(lines) == 1
 
 
 def test_stribeck_friction_keeps_its_level_at_speed():
@@ -104,9 +97,8 @@ def test_urdf_has_friction_inertia_and_the_strength_of_the_motor():
     root = urdf(held(model, 'URDF').model)
     joint = root.find('joint')
     assert joint.find('dynamics').attrib == {'damping': '0.1', 'friction': '0.1'}
-    assert float(root.find("link[@name='weight']/inertial/mass").get('value')) == pytest.approx(
-        0.59
-    )
+    mass = root.find("link[@name='weight']/inertial/mass")
+    assert float(mass.get('value')) == pytest.approx(0.59)
     assert root.find("link[@name='base']/inertial") is None
     assert float(joint.find('limit').get('effort')) == pytest.approx(0.354 * 7.4 / 3.4)
     assert float(joint.find('limit').get('velocity')) == pytest.approx(7.4 / 0.354)

@@ -92,9 +92,7 @@ def test_masses_and_inertia_are_those_of_the_model():
         pose = posed(inside)
         assert float(inside.findtext('mass')) == pytest.approx(body.mass)
         np.testing.assert_allclose(pose[:3, 3], body.com)
-        moments = np.diag(
-            [float(inside.findtext(f'inertia/i{axis}')) for axis in ('xx', 'yy', 'zz')]
-        )
+        moments = np.diag([float(inside.findtext(f'inertia/i{x}')) for x in ('xx', 'yy', 'zz')])
         xx, yy, zz, xy, xz, yz = body.inertia
         whole = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
         turned = pose[:3, :3] @ moments @ pose[:3, :3].T
@@ -120,13 +118,9 @@ def test_friction_springs_and_the_back_emf_are_torques_of_the_joint():
 def test_a_position_servo_is_gazebos_controller():
     plugin = exported('xl330_pendulum').find('plugin')
     model = Model('xl330_pendulum')
-    of = {
-        key: model.constants[f'actuators.pivot.{key}']
-        for key in ('torque_constant', 'resistance', 'supply', 'position_gain')
-    }
-    stall = of['torque_constant'] * of['supply'] / of['resistance']
+    stall = model.robot.actuators[0].stall
     said = {x.tag: float(x.text) for x in plugin if x.tag != 'joint_name'}
-    gain = stall * of['position_gain']
+    gain = stall * model.constants['actuators.pivot.position_gain']
     assert said == pytest.approx(
         {'p_gain': gain, 'i_gain': 0, 'd_gain': 0, 'cmd_max': stall, 'cmd_min': -stall}
     )

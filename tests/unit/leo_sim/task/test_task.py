@@ -86,9 +86,8 @@ def test_hip_height_by_hand():
 
 
 def test_the_knee_rule_is_a_switch_that_is_off():
-    rules = [
-        TerminationFile(quantity='angle', joint=j, high=0.0) for j in ('left_knee', 'right_knee')
-    ]
+    knees = 'left_knee', 'right_knee'
+    rules = [TerminationFile(quantity='angle', joint=knee, high=0.0) for knee in knees]
     assert not any(r.joint == 'left_knee' for r in LEO.termination)
     strict = Task(replace(LEO, termination=(*LEO.termination, *rules)))
     assert strict.terminated(stepped(STANDING, left_knee=0.05))

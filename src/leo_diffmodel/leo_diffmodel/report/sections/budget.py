@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the error goes: to each effect, to noise, and to what nobody explains."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from leo_diffmodel.picture import palette
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import Row, Section
 from leo_diffmodel.report.text import percent, quantity
 
 MOST_ACROSS = 6  # states that a table shows side by side
@@ -53,9 +51,7 @@ def explained(errors: Mapping[str, Any]) -> Section:
     return _section([*named, *_remainder(rest, floor)], 'Where the error goes', note, table)
 
 
-def _table(
-    states: Sequence[Mapping[str, str]], ladder: Sequence[Mapping[str, Any]], kind: str
-) -> dict[str, Any]:
+def _table(states: Sequence[Row], ladder: Sequence[Row], kind: str) -> dict[str, Any]:
     """A row for each model, or for each state where there are many."""
     models, names = [row['model'] for row in ladder], [state['name'] for state in states]
     units = [state['unit'] for state in states]
@@ -87,9 +83,7 @@ def _part(name: str, share: float, colour: str) -> dict[str, Any]:
     return {'name': name, 'share': float(share), 'colour': colour}
 
 
-def _section(
-    parts: list[dict[str, Any]], title: str, note: str, table: Mapping[str, Any]
-) -> Section:
+def _section(parts: list[dict[str, Any]], title: str, note: str, table: Row) -> Section:
     whole = max(sum(p['share'] for p in parts), 1e-12)
     bar = [{**p, 'width': 100 * p['share'] / whole} for p in parts if p['share'] > 0]
     values = {'title': title, 'note': note, 'bar': bar, 'parts': parts, **table}

@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What decided, how surely, and on what: gates, stability, the edit test, what was left out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import math
 from typing import Any
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Gates, texts
 from leo_diffmodel.outside.finding import Finding
 from leo_diffmodel.outside.outside import share_outside
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import Row, Section
 from leo_diffmodel.report.text import label, number, numbered, percent, quantity, unit
 
 MOST_SETS = 6
@@ -43,11 +41,7 @@ def _end(value: float) -> str:
     return '∞' if value > 0 else '−∞'
 
 
-def stability(
-    rows: Sequence[Mapping[str, Any]],
-    effects: Sequence[Mapping[str, Any]],
-    settings: Mapping[str, float],
-) -> Section:
+def stability(rows: Sequence[Row], effects: Sequence[Row], settings: Row) -> Section:
     """A bar for each chosen set, the answer first, and a line for each of its effects."""
     others = rows[MOST_SETS:]
     sets = [
@@ -85,7 +79,7 @@ def edit_test(data: Mapping[str, Any]) -> Section:
     return Section('edited.html', {**data, 'seconds': seconds, 'rows': rows, 'best': best})
 
 
-def left_out(recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]) -> Section:
+def left_out(recordings: Recordings, found: Sequence[Sequence[Finding]]) -> Section:
     both = zip(numbered(recordings), found, strict=False)
     values = {
         'share': percent(share_outside(recordings, found)),

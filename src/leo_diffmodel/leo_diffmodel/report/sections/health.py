@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Is what is left only noise? The residual in units of its expected size, in time and by kind."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -31,6 +29,29 @@ BAND = (0.025, 0.975)
 LASTING = 2.0
 MODELS = Stroke(palette.BEFORE, 'points'), Stroke(palette.AFTER, 'points')
 SHOWN = ('speed', 'direction', 'load', 'motor')
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Autocorrelation of the residual, and that of white noise treated alike.
+
+    Projecting initial states out correlates even white noise, so the band comes from draws of
+    white noise through the same projection.
+
+    Attributes:
+        seconds: of each lag, shape (L,).
+        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where unmeasured.
+        low, high: 95 % band of white noise, shape (L, 2J).
+        strength: mean square of the autocorrelations in standard deviations of white noise.
+        white: the strength is at most 2, or one that white noise reached.
+    """
+
+    seconds: Array
+    value: Array
+    low: Array
+    high: Array
+    strength: float
+    white: bool
 
 
 def section(found: Search, errors: Mapping[str, Any]) -> Section:
@@ -122,36 +143,12 @@ def _correlogram(white: Correlation, names: Sequence[str], kind: str, columns: s
     return plot
 
 
-@dataclass(frozen=True)
-class Correlation:
-    """Autocorrelation of the residual, and that of white noise treated alike.
-
-    Projecting initial states out correlates even white noise, so the band comes from draws of
-    white noise through the same projection.
-
-    Attributes:
-        seconds: of each lag, shape (L,).
-        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where unmeasured.
-        low, high: 95 % band of white noise, shape (L, 2J).
-        strength: mean square of the autocorrelations in standard deviations of white noise.
-        white: the strength is at most 2, or one that white noise reached.
-    """
-
-    seconds: Array
-    value: Array
-    low: Array
-    high: Array
-    strength: float
-    white: bool
-
-
 def correlation(problem: Problem, fitted: Fit) -> Correlation:
     """Autocorrelation at up to ten samples; windows far worse than most take no part."""
     windows = problem.windows
     inliers = np.flatnonzero(chi_squared(fitted) < PUSH_TIMES * np.median(chi_squared(fitted)))
-    linear = problem.take(inliers).linearised(
-        fitted.hypothesis, fitted.theta, fitted.start[inliers]
-    )
+    at = fitted.hypothesis, fitted.theta, fitted.start[inliers]
+    linear = problem.take(inliers).linearised(*at)
     basis = np.linalg.qr(linear.by_start)[0]
     lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))
     channels = fitted.start.shape[-1]

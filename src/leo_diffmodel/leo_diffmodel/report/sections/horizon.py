@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error against prediction horizon, state by state, over the floor of noise."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,7 +10,7 @@ import numpy as np
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
-from leo_diffmodel.report.page import models, Section
+from leo_diffmodel.report.page import models, Row, Section
 
 NOTE = (
     'Rms error of predictions that start from the measured state{} The shaded floor is what a '
@@ -24,7 +22,6 @@ BELOW_FLOOR = 0.6
 MOST_FIGURES = 6  # where there are more states, their rates are left to the JSON
 THIN, WIDE = 1.5, 2.5
 LOWEST = 1e-12  # from where on the floor is shaded
-Row = Mapping[str, Any]
 Series = dict[str, tuple[list[list[float]], Stroke]]
 """By name the errors of each state at each horizon, and how they are drawn."""
 BEFORE, AFTER = Stroke(palette.BEFORE), palette.REPAIRED
@@ -40,10 +37,8 @@ def held_out(errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] 
     strokes = (BEFORE, AFTER) if repaired else (BEFORE,)
     keys = dict(zip(('before', 'after'), models(*strokes), strict=False))
     rows = errors['horizon']
-    suffix = ', held out' if training else ''
-    series: Series = {
-        f'{n}{suffix}': ([r[k] for r in rows], stroke) for k, (n, stroke) in keys.items()
-    }
+    of = ', held out' if training else ''
+    series: Series = {f'{n}{of}': ([r[k] for r in rows], look) for k, (n, look) in keys.items()}
     if training:
         series |= _training(rows, training, {k: name for k, (name, _) in keys.items()})
     floor = [r['noise_floor'] for r in rows]
@@ -67,12 +62,6 @@ def plain(data: Mapping[str, Any]) -> Section:
     return _section(data['states'], data['horizon'], series, floor, PLAIN)
 
 
-def _floor_too_high(series: Series, floor: list[list[float]]) -> bool:
-    """Whether a model scores clearly better than a perfect one should be able to."""
-    comparable = [errors for errors, stroke in series.values() if stroke.dash != DOTTED]
-    return bool((np.min(comparable, axis=0) < BELOW_FLOOR * np.array(floor)).any())
-
-
 def _section(
     states: Sequence[Row],
     rows: Sequence[Row],
@@ -93,10 +82,12 @@ def _section(
         low, high = np.nanmin([*curves.values()]), np.nanmax([*curves.values()])
         frame(plot, f'{state["name"]} [{state["unit"]}]', 0.6 * low, 1.6 * high)
         figures.append(plot)
+    comparable = [errors for errors, stroke in series.values() if stroke.dash != DOTTED]
+    below = (np.min(comparable, axis=0) < BELOW_FLOOR * np.array(floor)).any()
     values = {
         'legend': [*strokes.items(), ('noise floor', palette.FLOOR)],
         'note': NOTE.format(note),
-        'floor_too_high': sure and _floor_too_high(series, floor),
+        'floor_too_high': sure and bool(below),
         'left_out': len(states) - len(figures),
     }
     return Section('horizon.html', values, tuple(figures))

@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every hypothesis that was tried, with its evidence and its status in words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from leo_diffmodel.explain.settings import Gates
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import Row, Section
 from leo_diffmodel.report.text import change, estimates, label, nats, number, percent, quantity
 
 FEWEST, SHOWN = 4, 10
 NEAREST = 3
-Row = Mapping[str, Any]
 
 
 def section(
@@ -89,12 +86,7 @@ def _supported(effect: Row, gates: Gates) -> str:
 
 
 def _status(
-    row: Row,
-    best: float,
-    near: Mapping[str, Row],
-    threshold: float | None,
-    named: bool,
-    margin: float,
+    row: Row, best: float, near: Mapping[str, Row], noise: float | None, named: bool, margin: float
 ) -> tuple[str, str]:
     """Kind (for colour) and words for a candidate that is not among the supported effects."""
     behind = best - _gain(row)
@@ -105,11 +97,11 @@ def _status(
         return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
     if rival:
         return 'out', _distance(rival['separable_nats'])
-    if row['gain_held_out'] is None and row['gain_train'] >= (threshold or 0.0):
+    if row['gain_held_out'] is None and row['gain_train'] >= (noise or 0.0):
         return 'out', 'fell behind before it was fitted to the end'
     if row['gain_held_out'] is None:
         return 'out', 'ruled out by the first scan'
-    if threshold is not None and max(row['gain_train'], _gain(row)) < threshold:
+    if noise is not None and max(row['gain_train'], _gain(row)) < noise:
         return 'out', 'gains no more than noise would'
     if row['gain_held_out'] <= 0:
         return 'out', 'does not hold on held-out data'

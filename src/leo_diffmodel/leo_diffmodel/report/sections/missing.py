@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque the model lacks against speed, angle and input, and what candidates make of it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -19,12 +17,11 @@ from leo_diffmodel.report.text import torque
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray
-NO_CURVES: Mapping[str, Array] = {}
+Curves = Mapping[str, Array]
+NO_CURVES: Curves = {}
 
 
-def section(
-    missing: MissingTorque, robot: Robot, curves: Mapping[str, Array] = NO_CURVES
-) -> Section:
+def section(missing: MissingTorque, robot: Robot, curves: Curves = NO_CURVES) -> Section:
     """Figures against speed, angle and input for each joint, those that lack most first.
 
     `curves` are what each hypothesis says the estimate should be [N m], shape (W, J).
@@ -48,9 +45,7 @@ def section(
     return Section('missing.html', values, tuple(figures))
 
 
-def _figures(
-    missing: MissingTorque, robot: Robot, joint: int, curves: Mapping[str, Array]
-) -> list[Any]:
+def _figures(missing: MissingTorque, robot: Robot, joint: int, curves: Curves) -> list[Any]:
     seen, unit = missing.seen[:, joint], torque_unit(robot, robot.joint_names[joint])
     strokes, figures = palette.CANDIDATES[: len(curves)], []
     lines = [curve[seen, joint] for curve in curves.values()]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The worst predicted window as moving stick figures: the robot, the model before and after."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -39,9 +37,7 @@ def section(stretch: Stretch, robot: Robot, title: str) -> Section:
         'legend': legend,
         'box': ' '.join(f'{v:.4g}' for v in (low[0], -high[1], *(high - low))),
         'width': width,
-        'dashes': {
-            name: ' '.join(f'{d * width:.3g}' for d in dash) for name, dash in DASHES.items()
-        },
+        'dashes': {n: ' '.join(f'{d * width:.3g}' for d in dash) for n, dash in DASHES.items()},
         'root': None if stick.root is None else (stick.root[0], -stick.root[1]),
         'ground': None if stick.ground is None else _ground(stick.ground, low, high),
         'film': {'times': np.round(seconds, 3).tolist(), 'films': films},

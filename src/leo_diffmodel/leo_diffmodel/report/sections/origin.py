@@ -1,21 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the result was made from, so that it can be made again."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import number, numbered, quantity
 
 
-def section(
-    provenance: Mapping[str, Any], recordings: Sequence[Recording], seconds: float
-) -> Section:
+def section(provenance: Mapping[str, Any], recordings: Recordings, seconds: float) -> Section:
     """Bags with hashes, length and rate; model, versions, command, date and runtime [s]."""
     hashes = {bag['path']: bag['sha256'] for bag in provenance['bags']}
     values = {
@@ -39,14 +33,13 @@ def section(
 
 
 def _bag(recording: Recording, sha256: str) -> dict[str, Any]:
-    steps = np.concatenate([np.diff(e.t) for e in recording.episodes])
     return {
         'path': str(recording.path),
         'sha256': sha256,
-        'seconds': float(steps.sum()),
+        'seconds': float(recording.steps.sum()),
         'episodes': len(recording.episodes),
         'samples': sum(len(e.t) for e in recording.episodes),
-        'hertz': 1.0 / float(np.median(steps)),
+        'hertz': 1.0 / recording.state_period,
         'warnings': list(recording.warnings),
         'constants': [f'{path} = {number(v)}' for path, v in recording.constants.items()],
     }

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is missing and no known effect: the curve against its variable, and the formula."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bokeh.models import ColumnDataSource

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The answer in one sentence, each effect in plain words, and what to record next."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -28,13 +26,15 @@ MOST_STATES = 3
 
 def answer(explanation: Any) -> Section:
     """Verdict, sentence, the effects in plain words and the next run of an Explanation."""
-    advice = explanation.next_run
+    advice, meaning = explanation.next_run, MEANING[explanation.verdict]
     if not advice or explanation.verdict == 'untestable':  # the sentence says it then
         advice = None
+    if explanation.verdict == 'unknown' and explanation.search is None:  # nothing known to lack
+        meaning = OUTSIDE if explanation.left_out else WRONG_LOG
     values = {
         'badge': explanation.verdict,
         'kind': explanation.verdict,
-        'meaning': _meaning(explanation),
+        'meaning': meaning,
         'sentence': explanation.sentence,
         'effects': [_effect(e, explanation.model) for e in explanation.effects],
         'figures': _figures(explanation.errors) if explanation.effects else [],
@@ -64,13 +64,6 @@ def score(data: Mapping[str, Any]) -> Section:
     }
     nothing: dict[str, Any] = {'effects': [], 'figures': [], 'next_run': None, 'command': None}
     return Section('verdict.html', values | nothing)
-
-
-def _meaning(explanation: Any) -> str:
-    """The verdict in other words; without a search nothing is known to be missing."""
-    if explanation.verdict == 'unknown' and explanation.search is None:
-        return OUTSIDE if explanation.left_out else WRONG_LOG
-    return MEANING[explanation.verdict]
 
 
 def _effect(row: Mapping[str, Any], model: Model) -> dict[str, Any]:

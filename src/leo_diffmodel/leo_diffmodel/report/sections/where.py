@@ -1,21 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the model fails: a heat map of joints and conditions, and the worst windows."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from bokeh.models import Range1d
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, worst_places
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, LOW
-from leo_diffmodel.report.page import models, Section
+from leo_diffmodel.report.page import models, Row, Section
 from leo_diffmodel.report.text import numbered, percent, quantity, span, torque, unit
 from leo_diffmodel.report.worst import Stretch
 from leo_sim.model import Model
@@ -30,11 +28,10 @@ MEASURED = 'measured', Stroke(palette.INK, 'points')
 MODELS = Stroke(palette.BEFORE), palette.REPAIRED
 BAND_SIGMAS = 2.0
 MOST_DOTS = 100
-Row = Mapping[str, Any]
 
 
 def section(
-    places: Where, model: Model, recordings: Sequence[Recording], worst: Sequence[Stretch] = ()
+    places: Where, model: Model, recordings: Recordings, worst: Sequence[Stretch] = ()
 ) -> Section:
     """The heat map, the worst conditions with their bag times, and the worst windows."""
     names = numbered(recordings)
@@ -62,14 +59,13 @@ def _joint(joint: Row, rows: Sequence[Row], highest: float, bags: list[str]) -> 
         'share': percent(joint['share']),
         'size': _sizes(joint),
         'noise': torque(joint['noise_nm'], 2, joint['torque_unit']),
-        'strips': [
-            _strip(v, [r for r in mine if r['variable'] == v], highest, bags) for v in variables
-        ],
+        'strips': [_strip(v, mine, highest, bags) for v in variables],
     }
 
 
 def _strip(variable: str, rows: Sequence[Row], highest: float, bags: list[str]) -> dict[str, Any]:
-    ordered = sorted(rows, key=lambda r: (r['bag'] or 0, r['bin']))
+    own = (r for r in rows if r['variable'] == variable)
+    ordered = sorted(own, key=lambda r: (r['bag'] or 0, r['bin']))
     return {
         'name': variable,
         'unit': unit(ordered[0]['unit']),
@@ -161,7 +157,7 @@ def _event(event: Row, bags: list[str]) -> str:
     return f'{event["joint"]} {torque(event["torque_nm"], of=event["torque_unit"])} at {when}'
 
 
-def title(stretch: Stretch, model: Model, recordings: Sequence[Recording]) -> str:
+def title(stretch: Stretch, model: Model, recordings: Recordings) -> str:
     """A window by its bag, its time and the joint that is off most."""
     bag, joint = numbered(recordings)[stretch.bag], model.robot.joint_names[stretch.joint]
     return f'{bag} {stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'.strip()

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Facts of servos: the registers they share, and the units of each model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -136,20 +134,12 @@ def _table(family: Family) -> RegistersFile:
 
 @cache
 def registers(family: Family = 'dynamixel') -> dict[str, Register]:
-    file = _table(family)
-    return {
-        name: Register(
-            address,
-            size,
-            name in file.signed,
-            access == 'write',
-            initial,
-            kept,
-            file.magnitude.get(name),
-        )
-        for kept, group in ((True, file.eeprom), (False, file.ram))
-        for name, (address, size, access, initial) in group.items()
-    }
+    file, found = _table(family), {}
+    for kept, group in ((True, file.eeprom), (False, file.ram)):
+        for name, (address, size, access, initial) in group.items():
+            facts = access == 'write', initial, kept, file.magnitude.get(name)
+            found[name] = Register(address, size, name in file.signed, *facts)
+    return found
 
 
 @cache

@@ -37,6 +37,9 @@ def test_what_the_right_model_leaves_is_white(problems, fits):
     inside = (found.low <= found.value) & (found.value <= found.high)
     assert inside.mean() > 0.75
     assert np.median(chi_squared(fits[1])) == pytest.approx(1.0, abs=0.15)
+    np.testing.assert_allclose(found.seconds, 0.01 * np.arange(1, 11))
+    shape = 10, 2  # angles, then rates
+    assert found.value.shape == found.low.shape == found.high.shape == shape
 
 
 def test_what_a_wrong_model_leaves_is_not(problems, fits):
@@ -55,12 +58,6 @@ def test_rates_that_nobody_measured_say_nothing(problems):
     assert white[1].strength < 2.0 < 5.0 < white[0].strength
     for found in white:
         assert np.isfinite(found.value[:, 0]).all() and np.isnan(found.value[:, 1]).all()
-
-
-def test_lags_are_in_seconds_and_channels_are_angles_then_rates(problems, fits):
-    found = correlation(problems[1], fits[1])
-    np.testing.assert_allclose(found.seconds, 0.01 * np.arange(1, 11))
-    assert found.value.shape == found.low.shape == found.high.shape == (10, 2)
 
 
 def test_missing_friction_shows_at_speed(problems, fits):

@@ -19,15 +19,12 @@ def shares(errors: dict) -> dict[str, float]:
     return {p['name']: p['share'] for p in budget.explained(errors).values['parts']}
 
 
-def test_budget_shares_add_up():
+def test_budget_shares_add_up_and_errors_within_chance_of_the_floor_are_noise():
     models = {'as given': [0.10, 1.0], '+ a:pivot': [0.05, 0.6], '+ b:pivot': [0.02, 0.3]}
     parts = shares(ladder({**models, 'noise floor': [0.01, 0.1]}))
     assert sum(parts.values()) == pytest.approx(1.0)
     assert parts['a:pivot'] == pytest.approx(1 - (0.25 + 0.36) / 2)
     assert parts['noise'] == pytest.approx(0.01)
-
-
-def test_errors_within_chance_of_the_floor_are_noise():
     parts = shares(ladder({'as given': [0.011, 0.11], 'noise floor': [0.01, 0.1]}))
     assert parts == {'unexplained': 0.0, 'noise': pytest.approx(1.0)}
 
@@ -48,13 +45,10 @@ def against_horizon(*steps: int) -> dict:
     return {'states': STATES, 'statistic': 'rmse', 'horizon': rows}
 
 
-def test_every_state_has_its_floor():
+def test_every_state_has_its_floor_and_training_errors_beside_the_held_out_ones():
     section = horizon.held_out(against_horizon(1, 10), repaired=True)
     assert len(section.figures) == len(STATES)
     assert [n for n, _ in section.values['legend']] == ['as given', 'repaired', 'noise floor']
-
-
-def test_training_errors_are_lines_beside_the_held_out_ones():
     seen = [{'steps': 1, 'before': [0.1, 1.0], 'after': [0.002, 0.02]}]
     values = horizon.held_out(against_horizon(1, 10), True, seen).values
     models = [f'{n}, {of}' for of in ('held out', 'training') for n in ('as given', 'repaired')]
