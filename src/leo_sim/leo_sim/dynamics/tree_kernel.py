@@ -231,16 +231,41 @@ def moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: 
         speed[i, 3], speed[i, 4], speed[i, 5] = vx, vy, vz
         pull[i, 0], pull[i, 1], pull[i, 2] = tx, ty, tz
         pull[i, 3], pull[i, 4], pull[i, 5] = px, py, pz
-        a, b, c, d, e, f = momentum(room.weight, i, wx, wy, wz, vx, vy, vz)
-        g, h, j, k, m, o = momentum(room.weight, i, tx, ty, tz, px, py, pz)
-        ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
-        lx, ly, lz = cross(room.weight[i, 10], room.weight[i, 11], room.weight[i, 12], ex, ey, ez)
-        force[i, 0] = g + (wy * c - wz * b) + (vy * f - vz * e) - lx
-        force[i, 1] = h + (wz * a - wx * c) + (vz * d - vx * f) - ly
-        force[i, 2] = j + (wx * b - wy * a) + (vx * e - vy * d) - lz
-        force[i, 3] = k + (wy * f - wz * e) - ex
-        force[i, 4] = m + (wz * d - wx * f) - ey
-        force[i, 5] = o + (wx * e - wy * d) - ez
+        taken = taken_by(room.weight, i, speed, pull, 0.0)
+        away = pulling(room.weight, i, figures)
+        for k in range(6):
+            force[i, k] = taken[k] - away[k]
+
+
+@compiled_in_place
+def taken_by(weight: Array, i: int, speed: Array, turn: Array, more: float) -> Any:
+    """Moment and force that link i takes at a speed and acceleration, gravity being `more`."""
+    wx, wy, wz, vx, vy, vz = _row(speed, i)
+    tx, ty, tz, px, py, pz = _row(turn, i)
+    a, b, c, d, e, f = momentum(weight, i, wx, wy, wz, vx, vy, vz)
+    g, h, j, k, m, o = momentum(weight, i, tx, ty, tz, px, py, pz + more)
+    return (
+        g + (wy * c - wz * b) + (vy * f - vz * e),
+        h + (wz * a - wx * c) + (vz * d - vx * f),
+        j + (wx * b - wy * a) + (vx * e - vy * d),
+        k + (wy * f - wz * e),
+        m + (wz * d - wx * f),
+        o + (wx * e - wy * d),
+    )
+
+
+@compiled_in_place
+def _row(screws: Array, i: int) -> Any:
+    s = screws
+    return s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
+
+
+@compiled_in_place
+def pulling(weight: Array, i: int, figures: Array) -> Any:
+    """Moment and force of the external force on link i, at its centre of mass."""
+    x, y, z = figures[i, 10], figures[i, 11], figures[i, 12]
+    lx, ly, lz = cross(weight[i, 10], weight[i, 11], weight[i, 12], x, y, z)
+    return lx, ly, lz, x, y, z
 
 
 @compiled_in_place

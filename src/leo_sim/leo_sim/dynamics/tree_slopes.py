@@ -14,7 +14,17 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.tree_kernel import cross, momentum, Room, SCREW, Tree, weighed, WEIGHT
+from leo_sim.dynamics.tree_kernel import (
+    cross,
+    momentum,
+    pulling,
+    Room,
+    SCREW,
+    taken_by,
+    Tree,
+    weighed,
+    WEIGHT,
+)
 
 
 class Slopes(NamedTuple):
@@ -51,37 +61,6 @@ def _moved(
 
 
 @compiled_in_place
-def needed(weight: Array, i: int, speed: Array, turn: Array, more: float, pulled: Array) -> Any:
-    """Moment and force that the motion of link i takes; gravity is `more` than its own.
-
-    Pulled, row i, are inertial figures with the external force.
-    """
-    wx, wy, wz, vx, vy, vz = (
-        speed[i, 0],
-        speed[i, 1],
-        speed[i, 2],
-        speed[i, 3],
-        speed[i, 4],
-        speed[i, 5],
-    )
-    a, b, c, d, e, f = momentum(weight, i, wx, wy, wz, vx, vy, vz)
-    up = turn[i, 5] + more
-    g, h, j, k, m, o = momentum(
-        weight, i, turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3], turn[i, 4], up
-    )
-    ex, ey, ez = pulled[i, 10], pulled[i, 11], pulled[i, 12]
-    lx, ly, lz = cross(weight[i, 10], weight[i, 11], weight[i, 12], ex, ey, ez)
-    return (
-        g + (wy * c - wz * b) + (vy * f - vz * e) - lx,
-        h + (wz * a - wx * c) + (vz * d - vx * f) - ly,
-        j + (wx * b - wy * a) + (vx * e - vy * d) - lz,
-        k + (wy * f - wz * e) - ex,
-        m + (wz * d - wx * f) - ey,
-        o + (wx * e - wy * d) - ez,
-    )
-
-
-@compiled_in_place
 def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: Slopes) -> Any:
     """Fill all at the state whose links are placed and moving; row n of `faster` is its ddq."""
     size = out.by_angle.shape[0]
@@ -90,7 +69,7 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
             out.by_angle[j, k] = out.by_rate[j, k] = 0.0
     accelerated(tree, room, n, faster, out)
     for i in range(tree.kind.shape[0]):
-        _stirred(figures, i, room, out)
+        _stirred(i, room, out)
     for i in range(tree.kind.shape[0] - 1, -1, -1):
         if tree.column[i] >= 0:
             _joined(tree, i, room, out)
@@ -141,7 +120,7 @@ def _carried(tree: Tree, i: int, room: Room, n: int, faster: Array, out: Slopes)
 
 
 @compiled_in_place
-def _stirred(figures: Array, i: int, room: Room, out: Slopes) -> Any:
+def _stirred(i: int, room: Room, out: Slopes) -> Any:
     """Fill T, p and the inertial force of link i alone."""
     w, s, stir = room.weight, room.speed, out.stir
     wx, wy, wz, ux, uy, uz = s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
@@ -161,12 +140,9 @@ def _stirred(figures: Array, i: int, room: Room, out: Slopes) -> Any:
     stir[i, 7] = 2.0 * (f - uz * hy) - trace * wx
     stir[i, 8] = 2.0 * (j - uz * hz) + along
     _, _, _, stir[i, 9], stir[i, 10], stir[i, 11] = momentum(w, i, wx, wy, wz, ux, uy, uz)
-    force = needed(w, i, s, out.turn, 0.0, figures)
-    ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
-    lx, ly, lz = cross(w[i, 10], w[i, 11], w[i, 12], ex, ey, ez)
-    out.force[i, 0], out.force[i, 3] = force[0] + lx, force[3] + ex
-    out.force[i, 1], out.force[i, 4] = force[1] + ly, force[4] + ey
-    out.force[i, 2], out.force[i, 5] = force[2] + lz, force[5] + ez
+    force = taken_by(w, i, s, out.turn, 0.0)
+    for k in range(6):
+        out.force[i, k] = force[k]
 
 
 @compiled_in_place
@@ -359,14 +335,15 @@ def weighing(
             other = other or figures[i, k] != was[i, k]
         if other:
             weighed(figures, i, room.frame, at.weight)
-            old = needed(room.weight, i, room.speed, at.turn, 0.0, was)
-            new = needed(at.weight, i, room.speed, at.turn, more, figures)
+            old = taken_by(room.weight, i, room.speed, at.turn, 0.0)
+            new = taken_by(at.weight, i, room.speed, at.turn, more)
+            before, after = pulling(room.weight, i, was), pulling(at.weight, i, figures)
             j = i
             while j >= 0:
                 if tree.column[j] >= 0:
                     total = 0.0
-                    for k in range(3):
-                        total += room.screw[j, k] * (new[k] - old[k])
-                        total += room.screw[j, 3 + k] * (new[3 + k] - old[3 + k])
+                    for k in range(6):
+                        more_here = new[k] - after[k] - old[k] + before[k]
+                        total += room.screw[j, k] * more_here
                     out[n, tree.column[j]] += total
                 j = tree.parent[j]

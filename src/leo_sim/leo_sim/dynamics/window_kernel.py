@@ -217,31 +217,27 @@ def _drift(share: float, work: Work) -> Any:
 @compiled_in_place
 def _exchanged(known: int, kept: Array, w: int, t: int, work: Work, tangents: Slopes) -> Any:
     """Keep what the others need of the first state in a substep, or take it where it is known."""
-    size, at = work.q.shape[1], 0
-    for j in range(size):
-        for f in range(KEPT + 3):
-            if f < KEPT and known:
-                work.rows[f, 0, j] = kept[w, t, at]
-            elif f < KEPT:
-                kept[w, t, at] = work.rows[f, 0, j]
-            elif known:
-                work.given[0, f - KEPT, j] = kept[w, t, at]
-            else:
-                kept[w, t, at] = work.given[0, f - KEPT, j]
-            at += 1
-    for i in range(size):
-        for j in range(size):
+    line = kept[w, t]
+    at = _passed(known, line, 0, work.rows[:KEPT, 0])
+    at = _passed(known, line, at, work.given[0])
+    at = _passed(known, line, at, work.inverse[0])
+    at = _passed(known, line, at, work.back[0])
+    at = _passed(known, line, at, tangents.by_angle)
+    at = _passed(known, line, at, tangents.by_rate)
+    _passed(known, line, at, tangents.at_rest)
+
+
+@compiled_in_place
+def _passed(known: int, line: Array, at: int, values: Array) -> Any:
+    """Numbers of a line from a place on, as values or from them, and the place after them."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
             if known:
-                work.inverse[0, i, j], work.back[0, i, j] = kept[w, t, at], kept[w, t, at + 1]
-                tangents.by_angle[i, j] = kept[w, t, at + 2]
-                tangents.by_rate[i, j] = kept[w, t, at + 3]
-                tangents.at_rest[i, j] = kept[w, t, at + 4]
+                values[i, j] = line[at]
             else:
-                kept[w, t, at], kept[w, t, at + 1] = work.inverse[0, i, j], work.back[0, i, j]
-                kept[w, t, at + 2] = tangents.by_angle[i, j]
-                kept[w, t, at + 3] = tangents.by_rate[i, j]
-                kept[w, t, at + 4] = tangents.at_rest[i, j]
-            at += 5
+                line[at] = values[i, j]
+            at += 1
+    return at
 
 
 @compiled_in_place
