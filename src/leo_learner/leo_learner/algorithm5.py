@@ -6,8 +6,6 @@ business. What has been done is written down after every phase, so a process tha
 on with the phase it was in, from the checkpoint of its training.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 import json

@@ -5,8 +5,6 @@ From top to bottom: networks, exploration noise, the agent (act, learn), and wha
 training loop. The update is in `fast_update`, the numbers are in `configs`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import copy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The model of a robot as a gymnasium environment, corrected by a difference model if given."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 import sys
 from typing import Any

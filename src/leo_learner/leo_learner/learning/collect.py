@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run a policy with noise to gather transitions; perform a scripted motion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A training run in a folder: curves, checkpoints, progress, the policy file at the end."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass

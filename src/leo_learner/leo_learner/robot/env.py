@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot node as a gymnasium environment: a command out, the state one period later in."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import time
 from typing import Any

@@ -4,8 +4,6 @@
 Every episode draws its start and its exploration from a generator seeded with (seed, episode).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product

@@ -5,8 +5,6 @@ The policy sees and drives "stance" and "swing" instead of left and right. The s
 ankles follow pre-programmed P controllers, computed once per control step from the measured state.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium

@@ -5,8 +5,6 @@ Every episode draws its start, its exploration and its batches from generators s
 episode), so a run that was stopped between two episodes goes on exactly as if it had not been.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

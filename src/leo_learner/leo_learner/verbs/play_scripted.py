@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scripted motions of a walker, as `leo play` performs them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
