@@ -49,8 +49,6 @@ def collect(
 
 @dataclass(frozen=True)
 class Performed:
-    """What came of a motion."""
-
     seconds: float  # how long it moved [s]
     falls: int  # how often it fell and was put up again; each begins an episode
     complete: bool  # False where the robot was restarted meanwhile

@@ -76,7 +76,6 @@ class RobotEnv(RobotSpaces):
         return begun
 
     def next_state(self) -> State:
-        """The next state that comes."""
         before = self._latest
         self._found()
         self._wait(lambda: self._latest is not before, ROBOT)
