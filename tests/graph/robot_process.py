@@ -113,4 +113,10 @@ class Robot:
     def stop(self, how=signal.SIGINT) -> int:
         if self.process.poll() is None:
             self.process.send_signal(how)
-        return self.process.wait(PATIENCE)
+        return self.ended()
+
+    def ended(self) -> int:
+        """The status it ends with by itself; it says why in words, not by where in the code."""
+        status = self.process.wait(PATIENCE)
+        assert 'Traceback' not in self.said()
+        return status

@@ -7,6 +7,7 @@ import gc
 
 import numpy as np
 import pytest
+from tests.drivers.clock import Clock
 from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
@@ -55,8 +56,9 @@ class Driver:
 
 
 @pytest.fixture
-def driver(monkeypatch):
+def driver(domain, monkeypatch, tmp_path):
     made = Driver()
+    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
     monkeypatch.setattr(module, 'load_driver', lambda name, options: made)
     return made
 
@@ -71,7 +73,6 @@ def begun(factor: float) -> Iterator[RobotNode]:
         yield robot
 
 
-@pytest.mark.usefixtures('domain')
 def test_a_robot_given_what_it_has_not_calls_no_driver(driver):
     with graph(['--ros-args', '-p', 'robt:=servo_pendulum']):
         said = "^robot has no parameter 'robt'; did you mean robot[?]$"
@@ -81,8 +82,7 @@ def test_a_robot_given_what_it_has_not_calls_no_driver(driver):
 
 
 @pytest.fixture
-def robot(domain, driver, monkeypatch, tmp_path):
-    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
+def robot(driver):
     with begun(0.0) as made:
         yield join(made)
 
@@ -138,7 +138,7 @@ class Full:
 
 
 def test_lockstep_waits_for_a_reader_but_not_for_ever(robot, monkeypatch):
-    monkeypatch.setattr(publishers, 'time', Clock(step=1.0))
+    monkeypatch.setattr(publishers, 'time', Hasty())
     full = robot._topics.states = Full()
     repeat = robot._loop.repeat_state
     repeat()
@@ -153,18 +153,12 @@ def test_lockstep_waits_for_a_reader_but_not_for_ever(robot, monkeypatch):
     assert (full.published, full.refused) == (1, asked), 'it is waited for again'
 
 
-class Clock:
-    """A clock that moves when it sleeps, or by `step` with every look."""
-
-    def __init__(self, step=0.0):
-        self.now, self.step = 0.0, step
+class Hasty(Clock):
+    """A clock that moves by a second with every look."""
 
     def monotonic(self):
-        self.now += self.step
-        return self.now
-
-    def sleep(self, seconds):
-        self.now += seconds
+        self.sleep(1.0)
+        return super().monotonic()
 
 
 def test_what_is_counted_as_sent_was_published(robot):
@@ -178,9 +172,7 @@ def test_what_is_counted_as_sent_was_published(robot):
     sending.publish_state()  # a reader that takes nothing does not keep it from ending
 
 
-@pytest.mark.usefixtures('domain')
-def test_the_collector_leaves_alone_what_was_there_before_the_loop(driver, monkeypatch, tmp_path):
-    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
+def test_the_collector_leaves_alone_what_was_there_before_the_loop(driver):
     frozen = []
 
     def act() -> None:
@@ -195,11 +187,9 @@ def test_the_collector_leaves_alone_what_was_there_before_the_loop(driver, monke
     assert frozen[0] > 10_000
 
 
-@pytest.mark.usefixtures('domain')
 @pytest.mark.parametrize(('slow', 'lost'), [(0.05, 0.0), (10.0, 9.995)])
-def test_realtime_keeps_the_pace_and_catches_up(driver, monkeypatch, tmp_path, slow, lost):
+def test_realtime_keeps_the_pace_and_catches_up(driver, monkeypatch, slow, lost):
     """One state of 21 takes `slow` seconds; what is far too late is not caught up."""
-    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
     clock, lateness = Clock(), []
     for timed in (module, loop):
         monkeypatch.setattr(timed, 'time', clock)
@@ -214,7 +204,7 @@ def test_realtime_keeps_the_pace_and_catches_up(driver, monkeypatch, tmp_path, s
     with begun(factor=2.0) as robot:
         monkeypatch.setattr(robot._loop.health, 'note', lambda _, late: lateness.append(late))
         robot.run()
-    assert clock.now == pytest.approx(PERIOD + 20 * PERIOD / 2 + lost), 'twice real time'
+    assert clock.monotonic() == pytest.approx(PERIOD + 20 * PERIOD / 2 + lost), 'twice real time'
     assert max(lateness) == pytest.approx(slow - PERIOD / 2), 'the slow state was noticed'
     assert (max(lateness) > GIVE_UP_LATE) == (lost > 0)
     assert lateness[-1] == pytest.approx(0.0), 'caught up'

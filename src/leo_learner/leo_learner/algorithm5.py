@@ -6,8 +6,6 @@ business. What has been done is written down after every phase, so a process tha
 on with the phase it was in, from the checkpoint of its training.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 import json
@@ -41,8 +39,6 @@ KEPT_REPLAY = 100_000
 
 @dataclass(frozen=True)
 class Settings:
-    """Length and kind of a run."""
-
     updates: int = 1  # of the difference model, at most
     patience: int = 2  # updates without a better test on the robot after which it ends
     first_steps: int = 10_000  # training on the model alone
@@ -74,14 +70,6 @@ class Done:
 class DifferenceSource(Protocol):
     def newer(self, version: int) -> bytes:
         """Weights of a later version than `version`, once an update has made them."""
-
-
-class Counted(gymnasium.Wrapper):
-    steps = 0
-
-    def step(self, action: np.ndarray) -> Any:
-        self.steps += 1
-        return self.env.step(action)
 
 
 @dataclass
@@ -157,9 +145,12 @@ class Algorithm5:
     def _test(self) -> bool:
         done = self.done
         policy = Policy.load(self._round(done.update) / POLICY)
-        counted = Counted(self.robot)
-        result = float(play(counted, policy, self.settings.tests).mean())
-        done.samples += counted.steps
+
+        def act(observation: np.ndarray) -> np.ndarray:
+            done.samples += 1
+            return policy(observation)
+
+        result = float(play(self.robot, act, self.settings.tests).mean())
         done.tests.append(result)
         self.say(f'round {done.update}: return on the robot {result:.1f}{self._decide(result)}')
         done.phase = 'end' if self._over() else 'collect'

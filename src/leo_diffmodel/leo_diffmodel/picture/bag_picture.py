@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo bag show`: a bag as a picture or an animation of its robot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A drawing with smooth edges, and a robot's pose on it with its ground or mount."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An animation of a take, at the speed it was recorded: GIF, or MP4 where ffmpeg is there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 import shutil

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Colours that stay apart for colour-blind readers (Okabe and Ito) and in grey print."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

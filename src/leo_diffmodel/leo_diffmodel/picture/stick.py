@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot's stick figure and the shapes of its URDF, in the plane it moves in, pose by pose."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass

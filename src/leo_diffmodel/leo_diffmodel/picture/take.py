@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The part of a recording that is shown: poses at any time, how large, feet as bars over time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The view as a picture or a film."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any

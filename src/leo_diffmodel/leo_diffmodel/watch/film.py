@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole recording, predicted from the measured state again and again, and its player."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 import time
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -48,7 +46,7 @@ class Film:
     held: Array
 
     @classmethod
-    def of(cls, scene: Scene, seconds: float, repaired: Model) -> Film:
+    def of(cls, scene: Scene, seconds: float, repaired: Model) -> Self:
         """Predict over so many seconds, again and again; ValueError: no episode is so long."""
         windows = cut(scene.recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
@@ -57,7 +55,7 @@ class Film:
         given, held = _predicted(scene.model, windows), scene.blocks.held(windows)
         return cls(windows, time, given, _predicted(repaired, windows), held)
 
-    def repaired_by(self, model: Model) -> Film:
+    def repaired_by(self, model: Model) -> Self:
         return replace(self, repaired=_predicted(model, self.windows))
 
     def frame(self, seconds: float) -> Frame:

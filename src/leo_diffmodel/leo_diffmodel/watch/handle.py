@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sliders of parameters, fine near what changes nothing, and the values where they begin."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import isfinite, pi
+from typing import Self
 
 import numpy as np
 
@@ -38,7 +37,7 @@ class Handle:
     high: float
 
     @classmethod
-    def of(cls, parameter: Parameter) -> Handle:
+    def of(cls, parameter: Parameter) -> Self:
         """A handle of a parameter; an angle without limits turns once."""
         low = parameter.low if isfinite(parameter.low) else -pi
         high = parameter.high if isfinite(parameter.high) else pi

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque that the models lack, and where: as given, with the switches, and as they say."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from functools import partial

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What to record next: leo next on what 'find it for me' explained, in a process of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

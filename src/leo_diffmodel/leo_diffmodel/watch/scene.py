@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is looked at: recordings, noise, effects to switch on, a model's held-out errors."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -27,6 +26,49 @@ Array = np.ndarray
 TRAIN_SECONDS = 0.5
 MOST_TRAINING, ON_GROUND = 40, 10
 """Windows that give a first value of an effect; of a robot on the ground."""
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Where recordings `begin` on an axis, and their `first` stamps in their bags, (R,) [s]."""
+
+    names: tuple[str, ...]
+    first: Array
+    begin: Array
+    length: float
+
+    @classmethod
+    def of(cls, recordings: Sequence[Recording]) -> Self:
+        first = np.array([float(r.episodes[0].t[0]) for r in recordings])
+        lengths = [float(r.episodes[-1].t[-1]) for r in recordings] - first
+        begin = np.concatenate([[0.0], np.cumsum(lengths)])
+        names = tuple(r.path.name for r in recordings)
+        return cls(names, first, begin[:-1], float(begin[-1]))
+
+    def at(self, source: Array, time: Array) -> Array:
+        """From bag times [s] to the axis; the shapes broadcast."""
+        return np.asarray(time - self.first[source] + self.begin[source])
+
+    def words(self, seconds: float) -> str:
+        """A place on the axis, as bag and bag time."""
+        source = int(np.searchsorted(self.begin, seconds, side='right')) - 1
+        time = seconds - self.begin[source] + self.first[source]
+        return f'{self.names[source]} {time:.2f} s'
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors of one model.
+
+    Attributes:
+        rows: against horizon: {steps, seconds, rmse, mean, noise_floor}, a figure per state.
+        figures: the headline's error of each state, shape (2J,).
+        floor: what a perfect model would make of it, shape (2J,).
+    """
+
+    rows: list[dict]
+    figures: Array
+    floor: Array
 
 
 @dataclass(frozen=True)
@@ -62,7 +104,7 @@ class Scene:
         hold_out: Sequence[Recording] = (),
         extra: Iterable[Effect] = (),
         step: float | None = None,
-    ) -> Scene:
+    ) -> Self:
         """Read the noise, hold blocks out, cut windows.
 
         Args:
@@ -109,21 +151,6 @@ class Scene:
         return in_floors(self.headline.figures(prediction)[self.headline.statistic], floor)
 
 
-@dataclass(frozen=True)
-class Score:
-    """Errors of one model.
-
-    Attributes:
-        rows: against horizon: {steps, seconds, rmse, mean, noise_floor}, a figure per state.
-        figures: the headline's error of each state, shape (2J,).
-        floor: what a perfect model would make of it, shape (2J,).
-    """
-
-    rows: list[dict]
-    figures: Array
-    floor: Array
-
-
 def in_floors(figures: Array | Sequence[float], floor: Array) -> float:
     """Errors of the states (2J,) as one figure: in noise floors, rms over the states."""
     return float(np.sqrt(np.mean((figures / floor) ** 2)))
@@ -145,31 +172,3 @@ def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Win
     if not trained.count:
         raise ValueError('no window lies wholly in data that is not held out')
     return spread_out(trained, ON_GROUND if model.robot.contacts else MOST_TRAINING)
-
-
-@dataclass(frozen=True)
-class Timeline:
-    """Where recordings `begin` on an axis, and their `first` stamps in their bags, (R,) [s]."""
-
-    names: tuple[str, ...]
-    first: Array
-    begin: Array
-    length: float
-
-    @classmethod
-    def of(cls, recordings: Sequence[Recording]) -> Timeline:
-        first = np.array([float(r.episodes[0].t[0]) for r in recordings])
-        lengths = [float(r.episodes[-1].t[-1]) for r in recordings] - first
-        begin = np.concatenate([[0.0], np.cumsum(lengths)])
-        names = tuple(r.path.name for r in recordings)
-        return cls(names, first, begin[:-1], float(begin[-1]))
-
-    def at(self, source: Array, time: Array) -> Array:
-        """From bag times [s] to the axis; the shapes broadcast."""
-        return np.asarray(time - self.first[source] + self.begin[source])
-
-    def words(self, seconds: float) -> str:
-        """A place on the axis, as bag and bag time."""
-        source = int(np.searchsorted(self.begin, seconds, side='right')) - 1
-        time = seconds - self.begin[source] + self.first[source]
-        return f'{self.names[source]} {time:.2f} s'

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The switches: which effects are on with which values, the model of them, and its file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 import itertools
 import json
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -38,15 +36,15 @@ class Setting:
     on: Mapping[str, Values] = field(default_factory=dict)
     refitted: bool = False
 
-    def having(self, label: str, values: Values) -> Setting:
+    def having(self, label: str, values: Values) -> Self:
         return replace(self, on={**self.on, label: dict(values)})
 
-    def without(self, label: str) -> Setting:
+    def without(self, label: str) -> Self:
         """With an effect switched off; the constants go back with the last one."""
         rest = {name: values for name, values in self.on.items() if name != label}
-        return Setting(rest, self.refitted and bool(rest))
+        return replace(self, on=rest, refitted=self.refitted and bool(rest))
 
-    def moved(self, label: str, name: str, value: float) -> Setting:
+    def moved(self, label: str, name: str, value: float) -> Self:
         return self.having(label, {**self.on[label], name: value})
 
 
@@ -74,7 +72,7 @@ class Answer(NamedTuple):
     setting: Setting
 
     @classmethod
-    def of(cls, explanation: Mapping[str, Any], scene: Scene) -> Answer:
+    def of(cls, explanation: Mapping[str, Any], scene: Scene) -> Self:
         """An explain.json's contents; effects that have no switch here are left out."""
         data = json.loads(json.dumps(explanation))
         on = {}

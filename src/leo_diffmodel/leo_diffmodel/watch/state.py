@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the page shows, whoever looks: switches, errors, the film, where one is in it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 import time
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -124,16 +122,16 @@ class State:
             raise UserError('start leo watch with -o DIR to write the model there')
         return write_model(self.folder, self.scene, self.setting, self.answer)
 
-    def on(self, scene: Scene) -> State:
+    def on(self, scene: Scene) -> Self:
         """The same switches on other data of the same robot; this state stays as it is."""
-        other = State(scene, self.folder)
+        other = type(self)(scene, self.folder)
         other.setting, other.answer, other.horizon = self.setting, self.answer, self.horizon
         other.film = Film.of(scene, other.horizon, scene.model)
         other._compute()
         other.finish()
         return other
 
-    def become(self, other: State) -> None:
+    def become(self, other: Self) -> None:
         """Show the data of another state, unless switches were moved while it was computed."""
         if (other.setting, other.horizon) != (self.setting, self.horizon):
             return

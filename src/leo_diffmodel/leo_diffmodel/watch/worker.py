@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What takes long, in a process of its own, so that the page goes on: leo explain, a drawing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -5,8 +5,6 @@ From top to bottom: networks, exploration noise, the agent (act, learn), and wha
 training loop. The update is in `fast_update`, the numbers are in `configs`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import copy
@@ -205,8 +203,8 @@ class Training(TrainingLoop):
 
     agent_name = 'ddpg'
     config: Config
+    agent: Agent
     replay: Replay
-    _best: dict[str, Tensor]
 
     def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
         super().__init__(env, config, seed)
@@ -215,26 +213,20 @@ class Training(TrainingLoop):
         self.replay = Replay(config.replay, n_obs, n_act)
         self.keep()
 
-    def act(self, observation: np.ndarray) -> np.ndarray:
-        return self.agent.act(observation)
-
     def tensors(self) -> dict[str, Tensor]:
-        return self.agent.tensors() | {f'best_actor/{n}': t for n, t in self._best.items()}
+        return self.agent.tensors() | {f'best_actor/{n}': t for n, t in self.best.items()}
 
     def load_tensors(self, tensors: Mapping[str, Tensor]) -> None:
         self.agent.load(tensors)
         scale = {OBSERVATION_SCALE: self.agent.observation_scale}
-        self._best = scale | part(tensors, 'best_actor/')
-
-    def best_policy(self) -> dict[str, Tensor]:
-        return self._best
+        self.best = scale | part(tensors, 'best_actor/')
 
     def _begin(self, rng: np.random.Generator) -> None:
         config, self._rng, size = self.config, rng, len(self.limit)
         self._noise = OrnsteinUhlenbeck(size, config.noise_theta, config.noise_sigma, rng)
 
     def _explore(self, observation: np.ndarray) -> np.ndarray:
-        return np.clip(self.act(observation) + self._noise(), -1, 1)
+        return np.clip(self.agent.act(observation) + self._noise(), -1, 1)
 
     def _learn(self, transition: Transition) -> dict[str, Any]:
         self.replay.add(transition)
@@ -246,4 +238,4 @@ class Training(TrainingLoop):
 
     def keep(self) -> None:
         scale = self.agent.observation_scale.clone()
-        self._best = copy.deepcopy(self.agent.actor.state_dict()) | {OBSERVATION_SCALE: scale}
+        self.best = copy.deepcopy(self.agent.actor.state_dict()) | {OBSERVATION_SCALE: scale}

@@ -5,8 +5,6 @@
 option that differs from it is off there. docs/ddpg.md lists every deviation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from leo_learner.training.loop import LoopConfig

@@ -4,8 +4,6 @@
 All arrays are float32; rows are the members of a batch.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba import njit

@@ -7,8 +7,6 @@ this size takes. Here matrix products are numpy's, what is between them is compi
 it against the laboratory's `autograd_update`, option by option.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, cast
 

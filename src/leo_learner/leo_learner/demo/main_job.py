@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The main job: a robot with a secret, found out, repaired in the model, the policy retrained."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 import json

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo` commands as processes of one experiment: a domain of their own, none left behind."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, ExitStack
 import fcntl

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The model of a robot as a gymnasium environment, corrected by a difference model if given."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 import sys
 from typing import Any
@@ -52,13 +50,9 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self.sensed, self.applied = after, inputs
         ended = self._task.terminated(after)
         reward, self._stance = self._task.reward(self._stance, before, inputs, after, ended)
-        return (
-            self._task.observation(after.q, after.dq),
-            float(reward),
-            bool(ended),
-            self._steps >= self.episode_steps,
-            info or {},
-        )
+        observation = self._task.observation(after.q, after.dq)
+        over = self._steps >= self.episode_steps
+        return observation, float(reward), bool(ended), over, info or {}
 
 
 class ModelEnv(RobotSpaces):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far, in how many footsteps and at what cost an episode walked."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checkpoints of a training run: everything it needs to go on exactly where it was."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 import json
 import math

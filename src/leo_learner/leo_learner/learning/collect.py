@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run a policy with noise to gather transitions; perform a scripted motion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -51,8 +49,6 @@ def collect(
 
 @dataclass(frozen=True)
 class Performed:
-    """What came of a motion."""
-
     seconds: float  # how long it moved [s]
     falls: int  # how often it fell and was put up again; each begins an episode
     complete: bool  # False where the robot was restarted meanwhile

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A policy file: what was learned and everything needed to run it on its robot."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import gymnasium
 import numpy as np
@@ -44,7 +42,7 @@ class Policy:
     metadata: Mapping[str, str]
 
     @classmethod
-    def load(cls, path: str | Path) -> Policy:
+    def load(cls, path: str | Path) -> Self:
         """Read a policy file, or a shipped one by its name; UserError where it is none."""
         path = shipped().get(str(path), Path(path))
         if not path.is_file():
@@ -61,7 +59,7 @@ class Policy:
             ) from error
 
     @classmethod
-    def _build(cls, tensors: dict[str, Tensor], metadata: Mapping[str, str]) -> Policy:
+    def _build(cls, tensors: dict[str, Tensor], metadata: Mapping[str, str]) -> Self:
         limit = np.array(json.loads(metadata['limit']), float)
         if limit.ndim != 1 or not limit.size or not ((limit > 0) & np.isfinite(limit)).all():
             raise ValueError(f'its limits are {shown(limit.tolist())} {metadata["unit"]}')
@@ -151,7 +149,7 @@ def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
         'steps': str(training.steps),
         'test_return': repr(training.best_return),
     }
-    write_whole(path, save(training.best_policy(), metadata))
+    write_whole(path, save(training.best, metadata))
 
 
 def _actor(

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A training run in a folder: curves, checkpoints, progress, the policy file at the end."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass
@@ -28,8 +26,6 @@ POLICY = 'policy.safetensors'
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run came to."""
-
     policy: Path  # the best one by test
     test_return: float  # its mean return there
     steps: int  # transitions gathered
@@ -70,34 +66,23 @@ def learn(
             curves.add_scalar(name, value, step)
             show(name, value, step)
 
-        finished = training.run(steps, log, _Saver(training, folder, alive))
-    return Outcome(
-        folder / POLICY,
-        training.best_return,
-        training.steps,
-        time.perf_counter() - began,
-        finished,
-        bool(signals),
-    )
+        saved = time.monotonic()
+
+        def between() -> None:
+            nonlocal saved
+            training.stop = training.stop or not alive()
+            if time.monotonic() - saved > SAVE_PERIOD:
+                save_checkpoint(folder, training)
+                saved = time.monotonic()
+
+        finished = training.run(steps, log, between)
+    best, seconds = training.best_return, time.perf_counter() - began
+    return Outcome(folder / POLICY, best, training.steps, seconds, finished, bool(signals))
 
 
 def _save(folder: Path, training: TrainingLoop, robot: Robot) -> None:
     save_checkpoint(folder, training)
     save_policy(folder / POLICY, training, robot)
-
-
-class _Saver:
-    """Saves a checkpoint now and then, and stops the run once `alive` says no."""
-
-    def __init__(self, training: TrainingLoop, folder: Path, alive: Callable[[], bool]) -> None:
-        self._training, self._folder, self._alive = training, folder, alive
-        self._saved = time.monotonic()
-
-    def __call__(self) -> None:
-        self._training.stop = self._training.stop or not self._alive()
-        if time.monotonic() - self._saved > SAVE_PERIOD:
-            save_checkpoint(self._folder, self._training)
-            self._saved = time.monotonic()
 
 
 @contextmanager

@@ -6,8 +6,6 @@ leo run leo_diffmodel diffmodel --ros-args -p model:=pendulum -p bag:=runs/a5/ro
 leo run leo_learner learner --ros-args -p model:=pendulum -p folder:=runs/a5
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict
 import json
 from pathlib import Path
@@ -87,6 +85,39 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
     return Path(start)
 
 
+class Status:
+    """Logs what is being done, and repeats it on /diagnostics once a second."""
+
+    def __init__(self, node: Node) -> None:
+        self._node, self._said = node, 'starting'
+        self.done: Done | None = None
+        self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
+        every(node, PERIOD, self._report)
+
+    def say(self, text: str) -> None:
+        self._said = text
+        self._node.get_logger().info(text)
+
+    def _report(self) -> None:
+        header = Header(stamp=self._node.get_clock().now().to_msg())
+        name = f'{self._node.get_name()}: learning'
+        status = status_message(name, DiagnosticStatus.OK, self._said, self._values())
+        self._publisher.publish(DiagnosticArray(header=header, status=[status]))
+
+    def _values(self) -> dict[str, object]:
+        if self.done is None:
+            return {}
+        returns = ', '.join(f'{r:.1f}' for r in self.done.tests)
+        return {
+            'round': self.done.update,
+            'phase': self.done.phase,
+            'difference model version': self.done.version,
+            'returns on the robot': returns or 'none yet',
+            'round that drives the robot': self.done.driver,
+            'steps on the robot': self.done.samples,
+        }
+
+
 @executable
 def main(argv: list[str]) -> int:
     with graph(argv):
@@ -135,39 +166,6 @@ def _algorithm(node: Node, status: Status) -> Algorithm5:
 def _alive() -> bool:
     spin_once(0.0)
     return running()
-
-
-class Status:
-    """Logs what is being done, and repeats it on /diagnostics once a second."""
-
-    def __init__(self, node: Node) -> None:
-        self._node, self._said = node, 'starting'
-        self.done: Done | None = None
-        self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
-        every(node, PERIOD, self._report)
-
-    def say(self, text: str) -> None:
-        self._said = text
-        self._node.get_logger().info(text)
-
-    def _report(self) -> None:
-        header = Header(stamp=self._node.get_clock().now().to_msg())
-        name = f'{self._node.get_name()}: learning'
-        status = status_message(name, DiagnosticStatus.OK, self._said, self._values())
-        self._publisher.publish(DiagnosticArray(header=header, status=[status]))
-
-    def _values(self) -> dict[str, object]:
-        if self.done is None:
-            return {}
-        returns = ', '.join(f'{r:.1f}' for r in self.done.tests)
-        return {
-            'round': self.done.update,
-            'phase': self.done.phase,
-            'difference model version': self.done.version,
-            'returns on the robot': returns or 'none yet',
-            'round that drives the robot': self.done.driver,
-            'steps on the robot': self.done.samples,
-        }
 
 
 class DifferenceClient:

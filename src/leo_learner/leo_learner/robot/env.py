@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot node as a gymnasium environment: a command out, the state one period later in."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import time
 from typing import Any
@@ -78,7 +76,6 @@ class RobotEnv(RobotSpaces):
         return begun
 
     def next_state(self) -> State:
-        """The next state that comes."""
         before = self._latest
         self._found()
         self._wait(lambda: self._latest is not before, ROBOT)

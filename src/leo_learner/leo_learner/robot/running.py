@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The running robot as `leo play` finds it: what it is, put into a pose, recorded meanwhile."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,12 +29,6 @@ FOUND_SECONDS = 10.0  # how long a robot is looked for
 ANSWER_SECONDS = 60.0  # how long one that is there may take to answer: it may be starting up
 PATIENCE = 5.0
 SAID_SECONDS = 0.5  # within it a robot in real time says where its servos are held
-
-
-@contextmanager
-def running_robot(ros_args: list[str], name: str = 'play') -> Iterator[RunningRobot]:
-    with graph(ros_args):
-        yield RunningRobot(join(Node(name)))
 
 
 class RunningRobot:
@@ -116,6 +108,12 @@ class RunningRobot:
             raise UserError(f'the robot does not answer: {error}') from error
         finally:
             self.node.destroy_client(client)
+
+
+@contextmanager
+def running_robot(ros_args: list[str], name: str = 'play') -> Iterator[RunningRobot]:
+    with graph(ros_args):
+        yield RunningRobot(join(Node(name)))
 
 
 class RobotPlayer:

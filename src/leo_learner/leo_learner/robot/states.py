@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The states of one robot, picked out of what is published on the topic of joint states."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 

@@ -4,8 +4,6 @@
 Every episode draws its start and its exploration from a generator seeded with (seed, episode).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -62,7 +60,8 @@ class Agent:
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """The best action in [-1, 1], of equal ones the first; (..., n_obs) -> (..., A)."""
-        return np.apply_along_axis(self._best, -1, observation)
+        values = np.apply_along_axis(self.tiles.values, -1, observation)
+        return self.actions[values.argmax(axis=-1)]
 
     def tensors(self) -> dict[str, Tensor]:
         """All weights that have learned."""
@@ -71,16 +70,13 @@ class Agent:
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         self.tiles.restore({name: tensor.numpy() for name, tensor in tensors.items()})
 
-    def _best(self, observation: np.ndarray) -> np.ndarray:
-        return self.actions[np.argmax(self.tiles.values(observation))]
-
 
 class Training(TrainingLoop):
     """SARSA(lambda) on an environment; UserError as `Agent`."""
 
     agent_name = 'sarsa'
     config: Config
-    best: Mapping[str, Tensor]
+    agent: Agent
 
     def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
         super().__init__(env, config, seed)
@@ -90,9 +86,6 @@ class Training(TrainingLoop):
         self._traces = np.zeros((kept, config.tilings), np.int64)
         self.keep()
 
-    def act(self, observation: np.ndarray) -> np.ndarray:
-        return self.agent.act(observation)
-
     def tensors(self) -> dict[str, Tensor]:
         parts = {'present': self.agent.tensors(), 'best': self.best}
         return {f'{kind}/{n}': t for kind, part in parts.items() for n, t in part.items()}
@@ -101,9 +94,6 @@ class Training(TrainingLoop):
         names = self.best
         self.agent.load({name: tensors[f'present/{name}'] for name in names})
         self.best = {name: tensors[f'best/{name}'] for name in names}
-
-    def best_policy(self) -> dict[str, Tensor]:
-        return dict(self.best)
 
     def _begin(self, rng: np.random.Generator) -> None:
         self._rng, self._traced = rng, 0

@@ -5,8 +5,6 @@ The policy sees and drives "stance" and "swing" instead of left and right. The s
 ankles follow pre-programmed P controllers, computed once per control step from the measured state.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium
@@ -49,11 +47,8 @@ class SymMap:
             [joints[s][0], joints[1 - s][0], joints[s][1], joints[1 - s][1], pitch] for s in (0, 1)
         ]
         self._limits, self._actuated = robot.limits, list(robot.actuated)
-
-    @property
-    def limits(self) -> np.ndarray:
-        """Largest voltages of stance hip, swing hip, swing knee, (3,)."""
-        return self._limits[self._motors[0, [0, 0, 1]]]
+        self.limits = robot.limits[self._motors[0, [0, 0, 1]]]
+        """Largest voltages of stance hip, swing hip, swing knee [V], (3,)."""
 
     def observation(self, q: np.ndarray, dq: np.ndarray, stance: int) -> np.ndarray:
         """What `OBSERVED` names, (10,) rad and rad/s, with the leg `stance` (0 left) carrying."""

@@ -14,8 +14,6 @@ number that its hash and the seed give, which is also what it claims its cell wi
 One module: numba's cache does not notice a change in a module that compiled code calls into.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -5,13 +5,11 @@ Every episode draws its start, its exploration and its batches from generators s
 episode), so a run that was stopped between two episodes goes on exactly as if it had not been.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 import time
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import gymnasium
 from gymnasium.spaces import Box
@@ -37,6 +35,11 @@ class LoopConfig:
     test_starts: int = 1  # per test: the nominal one (the thesis'), then fixed random ones
 
 
+class Agent(Protocol):
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """The present policy's action in [-1, 1], without exploration."""
+
+
 class TrainingLoop(ABC):
     """Episodes on an environment; what an agent does in them is in its subclass.
 
@@ -45,6 +48,8 @@ class TrainingLoop(ABC):
     """
 
     agent_name: ClassVar[str]  # as `leo learn --agent` and the policy file have it
+    agent: Agent
+    best: dict[str, Tensor]  # what a policy file holds of the best policy by test
     replay: Replay | None = None
 
     def __init__(self, env: gymnasium.Env, config: LoopConfig, seed: int) -> None:
@@ -58,20 +63,12 @@ class TrainingLoop(ABC):
         self.stop = False
 
     @abstractmethod
-    def act(self, observation: np.ndarray) -> np.ndarray:
-        """The present policy's action in [-1, 1], without exploration."""
-
-    @abstractmethod
     def tensors(self) -> dict[str, Tensor]:
         """Every number learning has changed, by name, the best policy's too."""
 
     @abstractmethod
     def load_tensors(self, tensors: Mapping[str, Tensor]) -> None:
         """The reverse of `tensors`, for a run of the same configuration."""
-
-    @abstractmethod
-    def best_policy(self) -> dict[str, Tensor]:
-        """What a policy file holds of the best policy by test."""
 
     @abstractmethod
     def _begin(self, rng: np.random.Generator) -> None:
@@ -112,7 +109,7 @@ class TrainingLoop(ABC):
 
     def test(self, starts: int) -> np.ndarray:
         """Returns (starts,) of the present policy without noise; nothing is learned or stored."""
-        return play(self.env, lambda seen: self.act(seen) * self.limit, starts)
+        return play(self.env, lambda seen: self.agent.act(seen) * self.limit, starts)
 
     def _train_episode(self, on_scalar: OnScalar) -> None:
         rng = np.random.default_rng([self.seed, self.episodes])

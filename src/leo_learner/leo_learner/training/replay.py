@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Replay buffer: the transitions DDPG learns from, kept as plain arrays."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo demo`: the main job on a pendulum robot with a secret."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 import json

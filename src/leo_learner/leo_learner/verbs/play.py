@@ -196,19 +196,12 @@ def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
         model = model.changed(difference_model=options.difference)
     env = model_env(model)
     rollouts = Rollouts(env) if options.bag else None
-    with _kept(rollouts, options.bag):
-        yield _Stage(rollouts or env, model.difference_model, env.difference, rollouts)
-
-
-@contextmanager
-def _kept(rollouts: Rollouts | None, bag: Path) -> Iterator[None]:
-    """Stopped by Ctrl-C: what was played so far becomes the bag."""
     try:
-        yield
+        yield _Stage(rollouts or env, model.difference_model, env.difference, rollouts)
     except KeyboardInterrupt:
         if rollouts is not None and rollouts.recording().episodes:
-            rollouts.write(bag)
-            print(f'stopped: wrote {bag} with what was played so far', file=sys.stderr)
+            rollouts.write(options.bag)
+            print(f'stopped: wrote {options.bag} with what was played so far', file=sys.stderr)
         raise
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The dry run of a run file as `leo play` shows it, and the question whether to send it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 import select
 import sys

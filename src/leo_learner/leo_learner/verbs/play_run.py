@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `leo play` does with a run file: on a model, or asked first and on the robot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace

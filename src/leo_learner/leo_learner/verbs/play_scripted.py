@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scripted motions of a walker, as `leo play` performs them."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from typing import Any
 
@@ -14,11 +13,12 @@ from leo_learner.verbs.play_run import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.terminal import leo
-from leo_sim.description.robot import typed
+from leo_sim.description.robot import Robot, typed
 from leo_sim.model.model_file import load_model
 from leo_sim.task.motions import MOTIONS, Routine
 
 SECONDS = 10.0
+Stage = tuple[Any, Robot, Routine]
 
 
 def unknown(name: str, policies: Iterable[str]) -> UserError:
@@ -30,8 +30,13 @@ def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
     """Perform a motion on `--model`, or on the running robot, and record it to `--bag`."""
     if options.collect or options.difference or options.episodes != 1:
         raise UserError(f'leo play: a motion takes --seconds and --seed ({options.policy})')
-    player = _motion_on_model if options.model else _motion_on_robot
-    result = {'motion': str(options.policy), 'seed': options.seed} | player(options, ros_args)
+    seconds = SECONDS if options.seconds is None else float(options.seconds)
+    result = {'motion': str(options.policy), 'seed': options.seed}
+    stage = _on_model(options) if options.model else _on_robot(options, ros_args)
+    with stage as (env, robot, routine), playing(round(seconds / robot.control_period)) as step:
+        done = perform(env, routine, seconds, options.seed, step)
+    on = options.model or 'the robot'
+    result |= {'on': on, 'robot': robot.name, 'start': routine.start} | asdict(done)
     return result if options.bag is None else result | {'bag': str(options.bag)}
 
 
@@ -51,18 +56,17 @@ def motion_text(result: dict[str, Any]) -> str:
     return '\n'.join(lines)
 
 
-def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
+@contextmanager
+def _on_model(options: Any) -> Iterator[Stage]:
     model = load_model(options.model)
-    routine = Routine(model.robot, str(options.policy), options.seed)
     env = Rollouts(model_env(model))
-    with playing(_periods(model.robot, options)) as step:
-        done = perform(env, routine, _seconds(options), options.seed, step)
+    yield env, model.robot, Routine(model.robot, str(options.policy), options.seed)
     if options.bag:
         env.write(options.bag)
-    return _performed(options.model, model.robot, routine, done)
 
 
-def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
+@contextmanager
+def _on_robot(options: Any, ros_args: list[str]) -> Iterator[Stage]:
     from leo_learner.robot.running import running_robot
 
     with running_robot(ros_args) as running:
@@ -70,18 +74,5 @@ def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
         routine = Routine(robot, str(options.policy), options.seed)
         running.put(routine.start)
         env = running.env(robot)
-        with running.recorded(options.bag), playing(_periods(robot, options)) as step:
-            done = perform(env, routine, _seconds(options), on_step=step)
-    return _performed('the robot', robot, routine, done)
-
-
-def _performed(on: str, robot: Any, routine: Routine, done: Any) -> dict[str, Any]:
-    return {'on': on, 'robot': robot.name, 'start': routine.start} | asdict(done)
-
-
-def _seconds(options: Any) -> float:
-    return SECONDS if options.seconds is None else float(options.seconds)
-
-
-def _periods(robot: Any, options: Any) -> int:
-    return round(_seconds(options) / robot.control_period)
+        with running.recorded(options.bag):
+            yield env, robot, routine

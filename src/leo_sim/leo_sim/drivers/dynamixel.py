@@ -92,6 +92,7 @@ class DynamixelDriver(ServoDriver):
     line = DynamixelBus
     first, last = 'realtime_tick', 'present_temperature'
     alert = 0x80
+    ready = ('bus_watchdog', 0), ('status_return_level', 2)
 
     def __init__(self, options: DriverOptions) -> None:
         super().__init__(options)
@@ -108,16 +109,11 @@ class DynamixelDriver(ServoDriver):
             self._arm()
         return super().write(values)
 
-    def _configure(self, servo: int) -> None:
-        """Torque off, watchdog cleared; for position goals all the PWM there may be, and rad/s."""
-        self._bus.set(servo, 'torque_enable', 0)
-        self._bus.set(servo, 'bus_watchdog', 0)
-        self._bus.set(servo, 'status_return_level', 2)
-        self._bus.set(servo, 'return_delay_time', 0)
-        if servo in self._ids:
-            self._bus.set(servo, 'goal_pwm', self._bus.get(servo, 'pwm_limit'))
-            drive = self._bus.get(servo, 'drive_mode')
-            self._bus.set(servo, 'drive_mode', drive & ~TIME_BASED)
+    def _prepare(self, servo: int) -> None:
+        """For position goals all the PWM there may be, and rad/s."""
+        self._bus.set(servo, 'goal_pwm', self._bus.get(servo, 'pwm_limit'))
+        drive = self._bus.get(servo, 'drive_mode')
+        self._bus.set(servo, 'drive_mode', drive & ~TIME_BASED)
 
     def _arm(self) -> None:
         waits = math.ceil(self._wait / WATCHDOG_UNIT - 1e-9)

@@ -40,6 +40,7 @@ class FeetechDriver(ServoDriver):
     line = FeetechBus
     first, last = 'present_position', 'present_current'
     alert = 0xFF
+    ready = (('status_return_level', 1),)
 
     def __init__(self, options: DriverOptions) -> None:
         if options.robot.input == 'torque':
@@ -64,13 +65,9 @@ class FeetechDriver(ServoDriver):
                 self._guardian.dismiss()
                 self._guardian = None
 
-    def _configure(self, servo: int) -> None:
-        """Torque off; no PWM, which would be the time to take for a goal."""
-        self._bus.set(servo, 'torque_enable', 0)
-        self._bus.set(servo, 'status_return_level', 1)
-        self._bus.set(servo, 'return_delay_time', 0)
-        if servo in self._ids:
-            self._bus.set(servo, 'goal_pwm', 0)
+    def _prepare(self, servo: int) -> None:
+        """No PWM, which would be the time to take for a goal."""
+        self._bus.set(servo, 'goal_pwm', 0)
 
     def _check_fresh(self, sent: float, blocks: Blocks) -> None:
         """Their answers carry no time; what came too late was cleared away."""

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recorded bag as a robot: it feeds the graph as the robot did."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -20,6 +18,13 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions, EndOfRun, NotPossible, robot_info
+
+
+@dataclass(frozen=True)
+class Moment:
+    state: JointStates
+    applied: Applied | None
+    episode: int
 
 
 class ReplayDriver:
@@ -82,13 +87,6 @@ class ReplayDriver:
 STATES, EPISODE = '/joint_states', '/robot/episode'
 DYNAMIC = '/dynamic_joint_states'
 """What was applied, in bags of ros2_control robots and in those of before 2026-12."""
-
-
-@dataclass(frozen=True)
-class Moment:
-    state: JointStates
-    applied: Applied | None
-    episode: int
 
 
 def read_moments(path: Path, interface: str) -> list[Moment]:

@@ -46,6 +46,7 @@ class ServoDriver(ABC):
     line: ClassVar[type[ServoLine]]
     first: ClassVar[str]
     last: ClassVar[str]  # the block of registers that is read each period
+    ready: ClassVar[tuple[tuple[str, int], ...]]  # what is written to each before it is asked
     alert: ClassVar[int]  # bits of a status's error by which a servo says that something is wrong
 
     def __init__(self, options: DriverOptions) -> None:
@@ -97,8 +98,10 @@ class ServoDriver(ABC):
     def _make_ready(self) -> None:
         for servo in self._joints.ids:
             self._greet(servo)
-            self._configure(servo)
+            for name, value in (('torque_enable', 0), *self.ready, ('return_delay_time', 0)):
+                self._bus.set(servo, name, value)
         for servo in self._ids:
+            self._prepare(servo)
             self._bus.set(servo, 'operating_mode', MODES[self.line.family][self._motors.goal])
         volts = [self._bus.get(servo, 'present_input_voltage') for servo in self._ids]
         self._supply = 0.1 * np.array(volts)
@@ -251,8 +254,8 @@ class ServoDriver(ABC):
         return sent
 
     @abstractmethod
-    def _configure(self, servo: int) -> None:
-        """Free a servo's motor and make it ready to be asked."""
+    def _prepare(self, servo: int) -> None:
+        """Make a servo with an actuator, whose motor is free, ready to be driven."""
 
     @abstractmethod
     def _check_fresh(self, sent: float, blocks: Blocks) -> None:

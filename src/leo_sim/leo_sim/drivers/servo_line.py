@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bus of servos through their maker's SDK: registers by name, all servos at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -17,6 +15,24 @@ CONFIGURE = 0.1  # how long an answer may take while nothing moves [s]
 TRIES = 3  # how often an instruction to one servo is sent before it counts as unanswered
 COMM_SUCCESS, COMM_RX_CORRUPT = 0, -3002
 """Results of an SDK: success of both, and one that is none."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Neighbouring registers of one servo, as read at once."""
+
+    start: int  # address of the first byte
+    data: bytes
+    error: int  # of the status they came with
+    table: Mapping[str, Register]  # all registers by name
+
+    def get(self, name: str) -> int:
+        register = self.table[name]
+        at = register.address - self.start
+        return register.decode(self.data[at : at + register.size])
+
+
+Blocks = dict[int, Block]  # by the id of a servo
 
 
 class ServoLine:
@@ -168,21 +184,3 @@ class ServoLine:
 
     def who(self, servo: int) -> str:
         return f'servo {servo} ({self._names[servo]})'
-
-
-@dataclass(frozen=True)
-class Block:
-    """Neighbouring registers of one servo, as read at once."""
-
-    start: int  # address of the first byte
-    data: bytes
-    error: int  # of the status they came with
-    table: Mapping[str, Register]  # all registers by name
-
-    def get(self, name: str) -> int:
-        register = self.table[name]
-        at = register.address - self.start
-        return register.decode(self.data[at : at + register.size])
-
-
-Blocks = dict[int, Block]  # by the id of a servo

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself on /diagnostics once a second."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Header
 
 from leo_msgs_py.values import status_message
+from leo_sim.nodes.commander import Commander
 from leo_sim.nodes.loop import Loop
 
 
@@ -16,7 +17,7 @@ def robot_diagnostics(
     stamp: Any,
     loop: Loop,
     torque: bool,
-    figures: Mapping[str, object],
+    commander: Commander,
     neighbours: Sequence[str],
 ) -> DiagnosticArray:
     """What a robot node says, with what is new since the last time.
@@ -38,7 +39,8 @@ def robot_diagnostics(
         'other robots': ', '.join(neighbours) or 'none',
         'driver faults': faults.total,
         'last driver fault': faults.last,
-        **figures,
+        'stale commands': commander.ages.stale,
+        'commanders': commander.count,
         'stopped by the watchdog': loop.gate.halts,
         **loop.measured.figures(),
     }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node publishes: states, what was applied, episodes, what hardware measures."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import os
 from pathlib import Path
 import re
@@ -90,8 +90,10 @@ class MeasuredTopics:
 
     def __init__(self, node: Node, actuators: tuple[str, ...], driver: Driver) -> None:
         self._actuators = actuators
-        self._driver = driver if isinstance(driver, Instrumented) else None
-        if self._driver is not None:
+        self._readings: Callable[[], Readings | None] = lambda: None
+        self.figures: Callable[[], Mapping[str, str]] = dict
+        if isinstance(driver, Instrumented):
+            self._readings, self.figures = driver.readings, driver.figures
             self._supply = node.create_publisher(*topics.SUPPLY)
             self._current = node.create_publisher(*topics.CURRENT)
             self._temperature = node.create_publisher(*topics.TEMPERATURE)
@@ -120,16 +122,10 @@ class MeasuredTopics:
             message = Temperature(header=self._header(joint), temperature=float(value))
             self._temperature.publish(message)
 
-    def figures(self) -> Mapping[str, str]:
-        return {} if self._driver is None else self._driver.figures()
-
     def alarm(self) -> str:
         found = self._readings()
         named = zip(self._actuators, found.condition if found else (), strict=False)
         return '; '.join(f'{joint}: {what}' for joint, what in named if what)
-
-    def _readings(self) -> Readings | None:
-        return None if self._driver is None else self._driver.readings()
 
     def _header(self, frame: str = '') -> Header:
         return Header(stamp=time_message(self._stamp_ns), frame_id=frame)

@@ -196,19 +196,10 @@ class RobotNode(Node):
         self._commander.count_them()
         self._neighbours.look()
         self._loop.measured.publish_temperatures()
-        self._topics.diagnostics.publish(
-            robot_diagnostics(
-                self.get_fully_qualified_name(),
-                self.get_clock().now().to_msg(),
-                self._loop,
-                self._torque,
-                {
-                    'stale commands': self._commander.ages.stale,
-                    'commanders': self._commander.count,
-                },
-                self._neighbours.names,
-            )
-        )
+        given = self._loop, self._torque, self._commander, self._neighbours.names
+        stamp = self.get_clock().now().to_msg()
+        said = robot_diagnostics(self.get_fully_qualified_name(), stamp, *given)
+        self._topics.diagnostics.publish(said)
 
 
 @executable

@@ -46,16 +46,12 @@ class Gate:
         self, driver: Driver, safety: Safety, clock: Callable[[], float], silence: float
     ) -> None:
         self._driver, self._safety, self._clock = driver, safety, clock
-        self._silence = silence
+        self._silence, self.can_halt = silence, isinstance(driver, Haltable)
         self._lock = Lock()
         self._driven = False
         self._written = time.monotonic()
         self.halts = 0
         self.failure = ''
-
-    @property
-    def can_halt(self) -> bool:
-        return isinstance(self._driver, Haltable)
 
     def write(self, blind: bool) -> list[Applied]:
         """Send what safety allows now, 0 when blind; returns what was applied since the last."""

@@ -104,7 +104,7 @@ def test_start_from_keeps_scales_and_the_best_policy(tmp_path):
     fresh = Training(Follow(), SMALL, seed=9)
     start_from(tmp_path, fresh)
     assert fresh.agent.scaled and len(fresh.replay) == 0
-    kept, best = fresh.best_policy(), trained.best_policy()
+    kept, best = fresh.best, trained.best
     assert all(torch.equal(kept[name], best[name]) for name in best)
     scale = fresh.agent.observation_scale.clone()
     fresh.run(200)

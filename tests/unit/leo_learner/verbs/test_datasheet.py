@@ -78,22 +78,17 @@ def test_another_file_is_no_sheet(tmp_path, text):
         main([str(path)])
 
 
-def test_which_motor_is_asked_for_where_there_are_several(tmp_path):
-    with pytest.raises(UserError, match='--joint: shoulder_pan, shoulder_lift'):
-        main(['--model', 'so101', '--motion', str(tmp_path / 'a.csv')])
-
-
-def test_a_model_is_needed():
-    with pytest.raises(UserError, match='--model'):
-        main(['bags/unit1'])
-
-
-def test_driving_needs_a_folder_for_the_recording():
-    with pytest.raises(UserError, match='-o DIR'):
-        main(['--model', 'servo_pendulum'])
-
-
-def test_a_recording_is_never_overwritten(tmp_path):
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        (['--model', 'so101', '--motion', 'a.csv'], '--joint: shoulder_pan, shoulder_lift'),
+        (['bags/unit1'], '--model'),
+        (['--model', 'servo_pendulum'], '-o DIR'),
+        (['--model', 'servo_pendulum', '-o', '.'], 'exists'),
+    ],
+)
+def test_what_is_missing_or_in_the_way_is_said(tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / 'bag').mkdir()
-    with pytest.raises(UserError, match='exists'):
-        main(['--model', 'servo_pendulum', '-o', str(tmp_path)])
+    with pytest.raises(UserError, match=said):
+        main(words)

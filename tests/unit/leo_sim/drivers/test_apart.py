@@ -78,18 +78,12 @@ def test_a_goal_is_held_and_a_halt_goes_beside_the_calls(apart):
     assert isinstance(driver, Haltable) and driver.halt().values == 0.0
 
 
-def test_the_motors_are_stopped_when_our_process_is_gone(apart):
-    driver = apart(LONG)
+@pytest.mark.parametrize(('robot', 'then'), [('pendulum', ['stop']), ('xl330_pendulum', [])])
+def test_motors_stop_and_goals_are_held_when_our_process_is_gone(apart, robot, then):
+    driver = apart(LONG, robot)
     driver.write(VOLT)
     driver._calls.close()
-    assert comes('stop') and driver._process.wait(PATIENCE) == 0
-
-
-def test_goals_are_held_when_our_process_is_gone_without_a_word(apart):
-    driver = apart(LONG, 'xl330_pendulum')
-    driver.write(VOLT)
-    driver._calls.close()
-    assert driver._process.wait(PATIENCE) == 0 and noted() == ['connect', 'write 1.0']
+    assert driver._process.wait(PATIENCE) == 0 and noted() == ['connect', 'write 1.0', *then]
 
 
 def test_motors_with_goals_are_freed_where_a_stop_that_was_asked_for_fails(apart):

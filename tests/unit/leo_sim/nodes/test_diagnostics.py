@@ -8,6 +8,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
 from leo_sim.drivers.safety import Faults, Safety
+from leo_sim.nodes.commander import Ages
 from leo_sim.nodes.diagnostics import robot_diagnostics
 from leo_sim.nodes.loop import Health
 
@@ -19,11 +20,12 @@ def diagnostics(safety=None, health=None, torque=True, missed=0, neighbours=()):
     for _ in range(missed):
         health.note(0.0, 1.0)
     measured = SimpleNamespace(alarm=str, figures=dict)
+    commander = SimpleNamespace(ages=Ages(0.0), count=1)
     gate, safety = SimpleNamespace(halts=0), safety or Safety([1.0])
     loop = SimpleNamespace(
         safety=safety, health=health, faults=Faults(5), measured=measured, gate=gate
     )
-    return robot_diagnostics('/robot', STAMP, loop, torque, {}, neighbours)
+    return robot_diagnostics('/robot', STAMP, loop, torque, commander, neighbours)
 
 
 def status(**given):

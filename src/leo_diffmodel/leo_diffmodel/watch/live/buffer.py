@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The last seconds of what a robot says, as the messages that a bag would hold, and how it is."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo` commands in processes of their own: one that records, and one that plays a run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass

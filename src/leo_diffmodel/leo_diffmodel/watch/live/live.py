@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the page has of a running robot: the robot, a recorder, a player, computing, a search."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field

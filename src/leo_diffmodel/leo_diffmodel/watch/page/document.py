@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One tab: all parts of the page, following the one state."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

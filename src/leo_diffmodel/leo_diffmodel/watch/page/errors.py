@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The error of both models: against horizon as figures and curves, and over time."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bokeh.events import Tap

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be taken away from the page: made when it is asked for, sent, and left nowhere."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Iterator
 from contextlib import suppress

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A running robot on the page: how it is, its signals, e-stop, recording, sending it a run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bokeh.document import Document

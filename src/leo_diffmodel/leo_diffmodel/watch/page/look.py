@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the parts of the page share: colours, words, legends, and how they follow the state."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 

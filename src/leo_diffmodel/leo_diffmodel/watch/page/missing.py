@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque that models lack: where each of them fails, and one joint's against a variable."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bokeh.core.properties import value

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What to record next: the run as a curve, which effects it separates, and where it is."""
 
-from __future__ import annotations
-
 from itertools import cycle, islice
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot as a stick figure, with the model as given and as switched as ghosts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bokeh.models import ColumnDataSource, CustomJSTickFormatter, Range1d, Select, Slider, Span

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page on this machine alone, behind an address that nobody else knows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import logging
 import secrets

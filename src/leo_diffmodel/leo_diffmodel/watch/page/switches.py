@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The side of the page: the catalogue of effects as switches, and buttons."""
 
-from __future__ import annotations
-
 import shlex
 import shutil
 

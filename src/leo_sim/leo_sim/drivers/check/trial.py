@@ -50,14 +50,11 @@ class Trial:
     ) -> None:
         self.driver, self.robot, self.moving, self.ask = driver, robot, moving, ask
         self.info, self.computer = driver.info, computer
+        self.period = 1.0 / self.info.state_rate
         self.found = Findings()
         self.lost = 0
         self.loops: list[float] = []
         self.waits: list[float] = []
-
-    @property
-    def period(self) -> float:
-        return 1.0 / self.info.state_rate
 
     @cached_property
     def hold(self) -> np.ndarray:
