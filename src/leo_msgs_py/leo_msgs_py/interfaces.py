@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Message and service classes by the names that the graph and the command line give them."""
 
-from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,11 +10,7 @@ from typing import Any
 from leo_msgs_py.errors import UserError
 
 _NAME = re.compile(r'([a-z]\w*)/(?:(msg|srv|action)/)?([A-Z]\w*)', re.ASCII)
-_CONVERTED: dict[str, Callable[[Any], Any]] = {
-    'double': float,
-    'float': float,
-    'octet': lambda value: bytes([value]),
-}
+_CONVERTED: dict[str, Any] = {'double': float, 'float': float, 'octet': lambda v: bytes([v])}
 _SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
 
 
