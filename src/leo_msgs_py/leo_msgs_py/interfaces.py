@@ -50,17 +50,15 @@ def to_plain(value: Any) -> Any:
 def fill(message: Any, data: dict[str, Any]) -> Any:
     """Set a message's fields from a dictionary and return it; UserError where one does not fit."""
     message._check_fields = True  # else a setter takes anything, and 1 is sent as False
-    kinds = message.get_fields_and_field_types()
+    of, kinds = type(message).__name__, message.get_fields_and_field_types()
     for name, value in data.items():
         if name not in kinds:
             there = ', '.join(kinds) or 'none'
-            raise UserError(f'{type(message).__name__} has no field {name!r}; it has: {there}')
+            raise UserError(f'{of} has no field {name!r}; it has: {there}')
         try:
             setattr(message, name, _convert(getattr(message, name), value, kinds[name]))
         except (TypeError, ValueError, AssertionError) as error:
-            raise UserError(
-                f'{type(message).__name__}.{name} ({kinds[name]}) cannot be {value!r}'
-            ) from error
+            raise UserError(f'{of}.{name} ({kinds[name]}) cannot be {value!r}') from error
     return message
 
 
