@@ -85,7 +85,7 @@ def _endpoint(info: Any) -> dict[str, Any]:
 
 
 def _echo(argv: list[str]) -> int:
-    options = _stream_options('echo', 'Print the messages of a topic.', 'message', argv)
+    options = _stream_options('leo topic echo', 'Print the messages of a topic.', 'message', argv)
     from leo_msgs_py.node import running, spin_once
 
     received: list[Any] = []
@@ -103,7 +103,7 @@ def _echo(argv: list[str]) -> int:
 
 
 def _hz(argv: list[str]) -> int:
-    options = _stream_options('hz', 'Print the rate of a topic.', 'line', argv)
+    options = _stream_options('leo topic hz', 'Print the rate of a topic.', 'line', argv)
     from leo_msgs_py.node import running, spin_until
 
     stamps: list[float] = []
@@ -122,7 +122,7 @@ def _hz(argv: list[str]) -> int:
 
 
 def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argparse.Namespace:
-    parser = common.Parser(f'leo topic {verb}', about, _EXAMPLES[verb])
+    parser = common.Parser(verb, about, _EXAMPLES[verb.split()[-1]])
     parser.add_argument('topic')
     parser.add('type', 'type, where nobody publishes yet', nargs='?')
     parser.flag('--once', f'stop after the first {what}')
