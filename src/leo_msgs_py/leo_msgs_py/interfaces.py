@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Message and service classes by the names that the graph and the command line give them."""
 
-from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,11 +10,7 @@ from typing import Any
 from leo_msgs_py.errors import UserError
 
 _NAME = re.compile(r'([a-z]\w*)/(?:(msg|srv|action)/)?([A-Z]\w*)', re.ASCII)
-_CONVERTED: dict[str, Callable[[Any], Any]] = {
-    'double': float,
-    'float': float,
-    'octet': lambda value: bytes([value]),
-}
+_CONVERTED: dict[str, Any] = {'double': float, 'float': float, 'octet': lambda v: bytes([v])}
 _SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
 
 
@@ -55,17 +50,15 @@ def to_plain(value: Any) -> Any:
 def fill(message: Any, data: dict[str, Any]) -> Any:
     """Set a message's fields from a dictionary and return it; UserError where one does not fit."""
     message._check_fields = True  # else a setter takes anything, and 1 is sent as False
-    kinds = message.get_fields_and_field_types()
+    of, kinds = type(message).__name__, message.get_fields_and_field_types()
     for name, value in data.items():
         if name not in kinds:
             there = ', '.join(kinds) or 'none'
-            raise UserError(f'{type(message).__name__} has no field {name!r}; it has: {there}')
+            raise UserError(f'{of} has no field {name!r}; it has: {there}')
         try:
             setattr(message, name, _convert(getattr(message, name), value, kinds[name]))
         except (TypeError, ValueError, AssertionError) as error:
-            raise UserError(
-                f'{type(message).__name__}.{name} ({kinds[name]}) cannot be {value!r}'
-            ) from error
+            raise UserError(f'{of}.{name} ({kinds[name]}) cannot be {value!r}') from error
     return message
 
 

@@ -217,10 +217,8 @@ def _parts(recording: Recording) -> list[Recording]:
 def _alike(a: Episode, b: Episode) -> bool:
     """Whether the usual step of one is among the middle half of the other's, or near it."""
     low, usual, high = np.quantile(np.diff(a.t), (0.25, 0.5, 0.75))
-    other_low, other, other_high = np.quantile(np.diff(b.t), (0.25, 0.5, 0.75))
-    return bool(
-        low / NEAR <= other <= high * NEAR or other_low / NEAR <= usual <= other_high * NEAR
-    )
+    least, other, most = np.quantile(np.diff(b.t), (0.25, 0.5, 0.75))
+    return bool(low / NEAR <= other <= high * NEAR or least / NEAR <= usual <= most * NEAR)
 
 
 def _part(recording: Recording, number: int, episodes: list[Episode]) -> Recording:

@@ -5,11 +5,9 @@ All predict the same windows of half a second from their measured starts: the mo
 less what the format does not hold; and where MuJoCo reads the format, MuJoCo with the file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import math
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +20,6 @@ from leo_diffmodel.compare.ranking import half_seconds
 from leo_diffmodel.compare.windows import at_one_rate, Windows
 from leo_sim.model import Model
 from leo_sim.references import load_mujoco
-
-if TYPE_CHECKING:
-    from leo_sim.references.mujoco import Played
 
 STAGES = 3
 OURS, REDUCED, EXPORTED = 'ours', 'reduced', 'exported'
@@ -50,7 +45,7 @@ def check(
 
     UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
     """
-    played: Played | None = None
+    played: Any = None
     if mjcf is not None:
         robot, motors = model.robot, [a.joint for a in model.robot.actuators]
         joints, of_base = robot.joint_names, len(robot.base_joints)
@@ -100,7 +95,7 @@ def _finite(error: float) -> float | None:
     return error if math.isfinite(error) else None
 
 
-def _in_mujoco(played: Played, windows: Windows) -> Array:
+def _in_mujoco(played: Any, windows: Windows) -> Array:
     """What the file does in each window, (W, K + 1, 2 J)."""
     from leo_sim.references.mujoco import Steps
 

@@ -103,13 +103,6 @@ def _recording(run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]
     robot = model.robot
     pose = MOTIONS[run.motion].start if isinstance(run, MotionRun) else run.start
     held = pose in model.robot.start_poses and model.robot.start_poses[pose].held
-    return Recording(
-        Path(run.name),
-        '',
-        tuple(robot.joint_names),
-        tuple(a.joint for a in robot.actuators),
-        robot.input,
-        robot.control_period,
-        episodes,
-        {'held': str(held).lower()},
-    )
+    joints, motors = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
+    timing, facts = (robot.input, robot.control_period), {'held': str(held).lower()}
+    return Recording(Path(run.name), '', joints, motors, *timing, episodes, facts)

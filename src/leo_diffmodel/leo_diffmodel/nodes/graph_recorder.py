@@ -83,12 +83,9 @@ class GraphRecorder:
             start_parameter_services=False,
         )
         self._subscriptions: list[tuple[Topic, Subscription]] = []
-        periods = {
-            TAKE_PERIOD: self._take,
-            FLUSH_PERIOD: self._flush,
-            FACTS_PERIOD: self._describe,
-        }
-        self._timers = [every(node, period, action) for period, action in periods.items()]
+        periods = TAKE_PERIOD, FLUSH_PERIOD, FACTS_PERIOD
+        actions = self._take, self._flush, self._describe
+        self._timers = [every(node, p, act) for p, act in zip(periods, actions, strict=True)]
 
     def add_graph(self) -> None:
         for topic in GRAPH_TOPICS:

@@ -41,12 +41,9 @@ def _is_wrong(recording: Recording, j: int) -> bool:
     found = relate(recording, j)
     if found is not None:
         (scale, sigma), lag, zero = found.scale, found.lag, found.zero
-        off = (
-            (lag, OUTSIDE.rate_late),
-            ((scale - 1, sigma), OUTSIDE.rate_off),
-            (zero, OUTSIDE.rate_off * usual),
-        )
-        if any(abs(value) > most + OUTSIDE.rate_sigmas * s for (value, s), most in off):
+        late, off = OUTSIDE.rate_late, OUTSIDE.rate_off
+        limits = (lag, late), ((scale - 1, sigma), off), (zero, off * usual)
+        if any(abs(value) > most + OUTSIDE.rate_sigmas * s for (value, s), most in limits):
             return True
     both = np.hypot(_noise(recording, j, 'q'), _noise_of_integral(recording, j))
     return bool(missed > OUTSIDE.rate_unlike * moved + OUTSIDE.rate_noises * both)

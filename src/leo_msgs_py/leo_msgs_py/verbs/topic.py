@@ -15,19 +15,12 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.interfaces import fill, load, to_plain
 from leo_msgs_py.verbs import common
 
-_LIST_EXAMPLES = '  leo topic list -t\n  leo topic list --json\n'
-_INFO_EXAMPLES = '  leo topic info /joint_states -v\n'
-_EXAMPLES = (
-    _LIST_EXAMPLES
-    + _INFO_EXAMPLES
-    + '  leo topic echo /joint_states --once\n  leo topic hz /joint_states\n'
-    + '  leo topic pub --once /voltage_controller/commands std_msgs/msg/Float64MultiArray'
-    + " '{data: [1.5]}'\n"
-)
-_STREAM_EXAMPLES = {
-    'leo topic echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
+_EXAMPLES = {
+    'list': '  leo topic list -t\n  leo topic list --json\n',
+    'info': '  leo topic info /joint_states -v\n',
+    'echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
     '  leo topic echo /joint_states --json | head -5\n',
-    'leo topic hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
+    'hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
 }
 _PUB_EXAMPLES = (
     '  leo topic pub -r 20 /voltage_controller/commands std_msgs/msg/Float64MultiArray'
@@ -42,18 +35,19 @@ _LINGER_S = 0.3
 def main(argv: list[str]) -> int:
     verbs = {'list': _list, 'info': _info, 'echo': _echo, 'hz': _hz, 'pub': _pub}
     description = 'List, look at and publish topics.'
-    return common.dispatch('leo topic', description, verbs, argv, _EXAMPLES)
+    examples = ''.join(_EXAMPLES.values()) + _PUB_EXAMPLES
+    return common.dispatch('leo topic', description, verbs, argv, examples)
 
 
 def _list(argv: list[str]) -> int:
     def found(node: Any) -> common.Pairs:
         return list(node.get_topic_names_and_types())
 
-    return common.list_typed(argv, 'topic', _LIST_EXAMPLES, found, 'List the topics.')
+    return common.list_typed(argv, 'topic', _EXAMPLES['list'], found, 'List the topics.')
 
 
 def _info(argv: list[str]) -> int:
-    parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _INFO_EXAMPLES)
+    parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _EXAMPLES['info'])
     parser.add_argument('topic')
     parser.flag('-v --verbose', 'each endpoint and its QoS')
     options = parser.parse_args(argv)
@@ -127,7 +121,7 @@ def _hz(argv: list[str]) -> int:
 
 
 def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argparse.Namespace:
-    parser = common.Parser(verb, about, _STREAM_EXAMPLES[verb])
+    parser = common.Parser(verb, about, _EXAMPLES[verb.split()[-1]])
     parser.add_argument('topic')
     parser.add('type', 'type, where nobody publishes yet', nargs='?')
     parser.flag('--once', f'stop after the first {what}')
@@ -187,9 +181,7 @@ def _matching(node: Any, topic: str) -> Any:
 
     offered = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
     reliable = all(p.reliability == ReliabilityPolicy.RELIABLE for p in offered)
-    latched = bool(offered) and all(
-        p.durability == DurabilityPolicy.TRANSIENT_LOCAL for p in offered
-    )
+    latched = {p.durability for p in offered} == {DurabilityPolicy.TRANSIENT_LOCAL}
     return QoSProfile(
         depth=_DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot: its tree, actuators, timing, task, and every constant a model may override."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import entry_points
 import os
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from pydantic import ConfigDict
@@ -17,7 +16,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import read, read_text
 from leo_sim.description import robot_file, urdf
-from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS
+from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS, MOTOR_UNITS
 from leo_sim.description.robot_check import check
 from leo_sim.description.urdf import Joint, Link
 
@@ -156,7 +155,7 @@ class Robot:
         """Whether its motors are DC motors on a voltage, of a command or of a servo's own loop."""
         return self.input != 'torque'
 
-    def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
+    def with_constants(self, changed: Mapping[str, Constant]) -> Self:
         constants = {**self.constants, **changed}
         values = {path: c.value for path, c in constants.items()}
         actuators = tuple(_actuator(a.joint, values) for a in self.actuators)
@@ -249,11 +248,6 @@ def _schemes(file: robot_file.RobotFile) -> dict[str, robot_file.SchemeFile]:
 
 def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:
     path = f'actuators.{joint}.'
-    return Actuator(
-        joint,
-        values.get(path + 'torque_constant'),
-        values.get(path + 'resistance'),
-        values[path + 'limit'],
-        values.get(path + 'supply'),
-        values[path + 'rotor_inertia'],
-    )
+    constant, resistance, supply = (values.get(path + key) for key in MOTOR_UNITS)
+    limit, inertia = values[path + 'limit'], values[path + 'rotor_inertia']
+    return Actuator(joint, constant, resistance, limit, supply, inertia)

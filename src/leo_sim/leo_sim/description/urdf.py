@@ -131,11 +131,8 @@ def rpy(rotation: np.ndarray) -> Vector:
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:  # roll and yaw turn about one axis
         return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
-    return (
-        math.atan2(rotation[2, 1], rotation[2, 2]),
-        pitch,
-        math.atan2(rotation[1, 0], rotation[0, 0]),
-    )
+    roll = math.atan2(rotation[2, 1], rotation[2, 2])
+    return roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])
 
 
 def origin(element: Element) -> tuple[Vector, np.ndarray]:
@@ -183,17 +180,9 @@ def _joint(element: Element) -> Joint:
     x, y, z = axis.tolist()
     damping = _number(attribute(element, 'dynamics', 'damping'))
     _within('damping', 'N m s/rad', damping)
-    return Joint(
-        element.get('name', ''),
-        kind,
-        parent,
-        child,
-        tuple(rotation.ravel().tolist()),
-        translation,
-        (x, y, z),
-        _limits(element, kind),
-        damping,
-    )
+    frame = tuple(rotation.ravel().tolist()), translation, (x, y, z)
+    ends = kind, parent, child
+    return Joint(element.get('name', ''), *ends, *frame, _limits(element, kind), damping)
 
 
 def attribute(element: Element, tag: str, key: str) -> str | None:

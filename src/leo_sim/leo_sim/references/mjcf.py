@@ -29,8 +29,7 @@ def tree(robot: Robot, laws: Laws) -> Element:
     """The description; contacts are spheres that touch the ground alone."""
     root = Element('mujoco')
     SubElement(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
-    down = {'gravity': numbers((0.0, 0.0, -laws.gravity))}
-    option = SubElement(root, 'option', down | OPTION)
+    option = SubElement(root, 'option', {'gravity': numbers((0.0, 0.0, -laws.gravity))} | OPTION)
     SubElement(option, 'flag', warmstart='disable', eulerdamp='enable')
     world = SubElement(root, 'worldbody')
     if robot.contacts:

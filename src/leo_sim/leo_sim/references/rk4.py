@@ -89,10 +89,8 @@ class _System:
         b = self.derivative(y.along(a, time / 2), phase)
         c = self.derivative(y.along(b, time / 2), phase)
         d = self.derivative(y.along(c, time), phase)
-        mean = _Motion(
-            *((w + 2 * x + 2 * z + v) / 6 for w, x, z, v in zip(a, b, c, d, strict=True))
-        )
-        return y.along(mean, time)
+        dy = _Motion(*((w + 2 * x + 2 * z + v) / 6 for w, x, z, v in zip(a, b, c, d, strict=True)))
+        return y.along(dy, time)
 
     def phase(self, y: _Motion) -> _Phase:
         geared = self.gap > 0

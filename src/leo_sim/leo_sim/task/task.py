@@ -34,10 +34,7 @@ class Task:
         self._watched = _columns(robot, rules)
         self._low, self._high = np.reshape([(r.low, r.high) for r in rules], (-1, 2)).T
         self._heights = [r for r in robot.termination if r.quantity == 'height_over_feet']
-        self._motors = [
-            np.array([getattr(a, key) for a in robot.actuators])
-            for key in ('torque_constant', 'resistance')
-        ]
+        self._motors = np.array([(a.torque_constant, a.resistance) for a in robot.actuators]).T
 
     def observation(self, q: Array, dq: Array) -> np.ndarray:
         """What the agent sees, (..., n) in the order of robot.yaml."""

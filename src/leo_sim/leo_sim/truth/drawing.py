@@ -124,11 +124,8 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng)
     angle = rng.uniform(-np.pi, np.pi)
     if name in NEAR_REST:
         level, at_rest, v_s = (p.name for p in parameters)
-        return {
-            level: (0.0, 1.0),
-            at_rest: (0.0, rng.uniform(1.3, 2.0)),
-            v_s: (rng.uniform(0.2, 1.0), 0.0),
-        }
+        more, speed = rng.uniform(1.3, 2.0), rng.uniform(0.2, 1.0)
+        return {level: (0.0, 1.0), at_rest: (0.0, more), v_s: (speed, 0.0)}
     if name == 'directional_load_friction':
         return {'mu': (0.0, 1.0), 'mu_back': (0.0, rng.choice([0.3, 3.0]))}
     if name == 'quadratic_load_friction':

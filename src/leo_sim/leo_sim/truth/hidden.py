@@ -14,7 +14,6 @@ import yaml
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
-from leo_sim.effects.base import Placed
 from leo_sim.model.model import Model
 from leo_sim.model.model_file import load_effects, write_effects
 from leo_sim.truth.drawing import draw
@@ -32,20 +31,17 @@ def hidden_model(
     `sealed` given, is written sealed and the file's name is printed. UserError: no such file, an
     unknown effect, no such seed, or both ways at once.
     """
-    seed, sealed = private.get('hidden_seed', -1), private.get('sealed')
-    effects = _effects(robot, private.get('hidden', ''), seed)
+    file, seed = private.get('hidden', ''), private.get('hidden_seed', -1)
+    if file and seed >= 0:
+        raise UserError('hidden and hidden_seed are both given; give one of them')
+    if seed < -1:
+        raise UserError(f'hidden_seed takes 0 or more, or -1 for nothing hidden, found {seed}')
+    effects = load_effects(file, robot) if file else ()
+    if seed >= 0:
+        effects = (draw(robot, np.random.default_rng(seed)),)
+    sealed = private.get('sealed')
     if seed >= 0 or (effects and sealed):
         truth = {'robot': robot.name, 'effects': write_effects(effects)}
         seal(Path(sealed or DEFAULT_FILE), yaml.safe_dump(truth, sort_keys=False))
         print(f'sealed: {sealed or DEFAULT_FILE}', flush=True)
     return Model(robot, effects, engine=engine, integration_step=integration_step)
-
-
-def _effects(robot: Robot, file: str, seed: int) -> tuple[Placed, ...]:
-    if file and seed >= 0:
-        raise UserError('hidden and hidden_seed are both given; give one of them')
-    if seed < -1:
-        raise UserError(f'hidden_seed takes 0 or more, or -1 for nothing hidden, found {seed}')
-    if seed >= 0:
-        return (draw(robot, np.random.default_rng(seed)),)
-    return load_effects(file, robot) if file else ()
