@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo datasheet`: the figures of a motor on the bench, from a standard motion or from bags."""
 
+from __future__ import annotations
+
 from contextlib import redirect_stdout
 import json
 from pathlib import Path
