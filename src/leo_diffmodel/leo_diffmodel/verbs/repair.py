@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.best import show
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -38,6 +37,7 @@ def main(argv: list[str]) -> int:
     from leo_diffmodel.compare.comparison import compare
     from leo_diffmodel.explain.explanation import explain
     from leo_diffmodel.report.explained import explanation_page
+    from leo_diffmodel.verbs.best import show
     from leo_sim.common.cores import using
     from leo_sim.model.model_file import model_text
 
