@@ -37,7 +37,6 @@ def main(argv: list[str]) -> int:
     from leo_diffmodel.compare.comparison import compare
     from leo_diffmodel.explain.explanation import explain
     from leo_diffmodel.report.explained import explanation_page
-    from leo_diffmodel.verbs.best import show
     from leo_sim.common.cores import using
     from leo_sim.model.model_file import model_text
 
@@ -91,6 +90,8 @@ def _parser() -> Parser:
 
 
 def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) -> None:
+    from leo_diffmodel.verbs.best import show
+
     show(result)
     if rows:
         names = [f'{s["name"]} [{s["unit"]}]' for s in result.errors['states']]
