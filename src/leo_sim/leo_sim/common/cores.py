@@ -11,8 +11,6 @@ from threading import Thread
 import time
 from typing import Any, TypeVar
 
-import numpy as np
-
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 _chosen: list[int] = []
@@ -45,7 +43,7 @@ def _there() -> int:
 def parts(count: int, work: int, least: int) -> list[slice]:
     """Equal parts of `count` things, one for each core, none with less than the `least` work."""
     number = max(min(cores(), count, work // least), 1)
-    edges = np.linspace(0, count, number + 1).astype(int).tolist()
+    edges = [count * n // number for n in range(number + 1)]
     return [slice(*pair) for pair in itertools.pairwise(edges)]
 
 
