@@ -9,7 +9,7 @@ from itertools import groupby
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_level
@@ -153,7 +153,7 @@ def traps(recording: Recording, robot: Robot) -> list[Finding]:
 
 
 def of_all(
-    recordings: Sequence[Recording], model: Model, sigma: Array, ranges: Sequence[Excitation]
+    recordings: Recordings, model: Model, sigma: Array, ranges: Sequence[Excitation]
 ) -> list[Finding]:
     """How noisy the joints are, and how much they move, in all bags together."""
     robot = model.robot

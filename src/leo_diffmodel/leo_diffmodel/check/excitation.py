@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import input_unit, length_unit
 from leo_diffmodel.outside.finding import Finding, OK, WARNING
@@ -33,7 +33,7 @@ class Excitation:
     free: float  # time with its motor off [s]
 
 
-def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Excitation]:
+def excitation(recordings: Recordings, sigma: Array, robot: Robot) -> list[Excitation]:
     """One row per joint; those of a base that was held in all bags have none. Noise is (R, 2J)."""
     return [
         _joint([recordings[i] for i in used], sigma[used], j, robot)
@@ -41,9 +41,7 @@ def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> l
     ]
 
 
-def _loose(
-    recordings: Sequence[Recording], base: Sequence[str]
-) -> Iterator[tuple[int, list[int]]]:
+def _loose(recordings: Recordings, base: Sequence[str]) -> Iterator[tuple[int, list[int]]]:
     """Each joint with the recordings in which it may move: those of a held base may not."""
     for j, name in enumerate(recordings[0].joints):
         used = [i for i, r in enumerate(recordings) if not (r.held and name in base)]
@@ -64,7 +62,7 @@ def _of_base(row: Excitation) -> Finding:
     return _moves(row)
 
 
-def _joint(recordings: Sequence[Recording], sigma: Array, j: int, robot: Robot) -> Excitation:
+def _joint(recordings: Recordings, sigma: Array, j: int, robot: Robot) -> Excitation:
     name, episodes = recordings[0].joints[j], [e for r in recordings for e in r.episodes]
     joints = len(recordings[0].joints)
     q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
@@ -112,7 +110,7 @@ def _moves(row: Excitation) -> Finding:
     return Finding('excitation', OK, f'{row.joint} moves in {100 * row.moving:.0f} % of the time')
 
 
-def noise_level(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Finding]:
+def noise_level(recordings: Recordings, sigma: Array, robot: Robot) -> list[Finding]:
     """One finding per joint: the noisiest of its bags (R, 2J) against what it moves in all."""
     joints, out = recordings[0].joints, []
     for j, used in _loose(recordings, robot.base_joints):

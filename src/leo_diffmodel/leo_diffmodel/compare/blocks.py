@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.windows import Windows
 
@@ -57,7 +56,7 @@ class Blocks:
         first, last = self.index(windows), self.index(windows, 1.0)
         return (first == last) & ((first - self.offset[windows.source]) % 2 == which)
 
-    def held_share(self, recordings: Sequence[Recording]) -> float:
+    def held_share(self, recordings: Recordings) -> float:
         """Which part of the recordings, by time, is held out."""
         if not self.held_sources:
             return 1.0 / COMPARE.held_out_every
@@ -86,9 +85,7 @@ class Blocks:
         )
 
 
-def make_blocks(
-    recordings: Sequence[Recording], hold_out: Sequence[Recording], own: bool = False
-) -> Blocks:
+def make_blocks(recordings: Recordings, hold_out: Recordings, own: bool = False) -> Blocks:
     """Blocks of 2 s, or an eighth of a recording shorter than 16 s; see `Blocks`."""
     everything = [*recordings, *hold_out]
     begin, duration = np.array([_span(r) for r in everything]).T

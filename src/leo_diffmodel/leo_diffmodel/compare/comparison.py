@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 import time
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.compare.pushes import fast_enough, stepped
@@ -36,7 +36,7 @@ class Comparison:
 
 
 def compare(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     step: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
@@ -84,7 +84,7 @@ def compare(
 
 
 @contextmanager
-def enough(recordings: Sequence[Recording], wanted: str = 'at least 2 s') -> Iterator[None]:
+def enough(recordings: Recordings, wanted: str = 'at least 2 s') -> Iterator[None]:
     """Say of recordings that give no windows or no noise what to record instead.
 
     Raises:
@@ -133,9 +133,7 @@ def _errors(
     }
 
 
-def windows_up_to(
-    seconds: float, recordings: Sequence[Recording], model: Model, step: float
-) -> Windows:
+def windows_up_to(seconds: float, recordings: Recordings, model: Model, step: float) -> Windows:
     """Windows of `seconds`, or of half that and so on until a good part of the data holds them.
 
     Raises:

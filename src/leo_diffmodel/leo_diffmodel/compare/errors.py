@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from leo_diffmodel.bags.episode import sample_period
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.noise import of_inputs
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.settings import COMPARE
@@ -80,7 +79,7 @@ def state_names(model: Model) -> list[dict]:
     ]
 
 
-def step_seconds(recordings: Sequence[Recording], step: float | None = None) -> float:
+def step_seconds(recordings: Recordings, step: float | None = None) -> float:
     """One step [s]: as given, else the median command period, or the sample period without one.
 
     Raises:
@@ -105,7 +104,7 @@ def has_memory(model: Model) -> bool:
 
 
 def horizon_windows(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     seconds: float,
     most: int | None = None,

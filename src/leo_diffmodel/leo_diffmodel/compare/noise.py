@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import gammaincinv
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.pushes import (
     flat_and_ramp,
     nearer,
@@ -27,7 +27,7 @@ Array = np.ndarray
 HISTORY = COMPARE.history  # what windows keep before them [s]
 
 
-def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
+def short_windows(recordings: Recordings) -> list[Windows]:
     """The short windows of each recording that its noise is read from.
 
     Raises:
