@@ -79,11 +79,9 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
     traces, alike = data.traces, explained(data.traces)
     parts = np.split(alike, np.cumsum([len(t.sizes) for t in traces])[:-1])
     rest = [t.nats[:, None] * (1 - part) for t, part in zip(traces, parts, strict=True)]
-    cost = data.price * np.array([len(t.candidate.parameters) for t in traces])
-    same = [
-        [a is not b and bool(same_thing(a.candidate, b.candidate, facts)) for b in traces]
-        for a in traces
-    ]
+    of = [t.candidate for t in traces]
+    cost = data.price * np.array([len(c.parameters) for c in of])
+    same = [[a is not b and bool(same_thing(a, b, facts)) for b in of] for a in of]
     nats = [_at_typical(t, r) for t, r in zip(traces, rest, strict=True)]
     apart = Apart(np.array(nats), cost - cost[:, None], np.array(same))
     return [_reach(data, i, r, apart) for i, r in enumerate(rest)], apart

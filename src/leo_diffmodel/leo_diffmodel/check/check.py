@@ -169,11 +169,8 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     seconds = sum(e.seconds for r in recordings for e in r.episodes)
     todo = 'record 20 s or more with a changing input, or leave that bag out'
     short = Finding('short', ERROR, why, todo)
-    found = [
-        replace(f, bag=str(r.path))
-        for r in recordings
-        for f in (*timing(r), *traps(r, model.robot))
-    ]
+    told = ((r, f) for r in recordings for f in (*timing(r), *traps(r, model.robot)))
+    found = [replace(f, bag=str(r.path)) for r, f in told]
     findings, origin = [short, length(recordings), *found], provenance(recordings, model)
     return Check(_sorted(findings), (), (), (), None, seconds, origin)
 

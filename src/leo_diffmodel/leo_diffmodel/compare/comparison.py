@@ -106,13 +106,11 @@ def _fastest(recording: Recording) -> float:
     return max(float(np.abs(e.dq).max()) for e in recording.episodes)
 
 
-def _errors(
-    model: Model, prediction: errors.Prediction, near: errors.Prediction, step: float
-) -> dict:
+def _errors(model: Model, ahead: errors.Prediction, near: errors.Prediction, step: float) -> dict:
     """One step, observation and horizon, each with its noise floor of the same shape."""
     one, seen = errors.one_step(near, step), errors.observation_mse(model, near, step)
     of_one = one.pop('noise_floor')
-    far = errors.horizon_table(prediction, step)
+    far = errors.horizon_table(ahead, step)
     coarse = far[0]['steps'] if far else np.inf
     rows = [r for r in errors.horizon_table(near, step) if r['steps'] < coarse] + far
     floors = [r.pop('noise_floor') for r in rows]
@@ -169,8 +167,5 @@ def _budget(prediction: errors.Prediction) -> dict:
         return {'explained': 1.0, 'unexplained': 0.0, 'noise': 0.0}
     noise_share = float((floor[moved] / whole[moved]).mean())
     missed = float(((error - floor)[moved] / whole[moved]).mean())
-    return {
-        'explained': max(0.0, 1.0 - missed - noise_share),
-        'unexplained': missed,
-        'noise': noise_share,
-    }
+    explained = max(0.0, 1.0 - missed - noise_share)
+    return {'explained': explained, 'unexplained': missed, 'noise': noise_share}

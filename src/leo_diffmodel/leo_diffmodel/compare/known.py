@@ -64,11 +64,7 @@ def _taken(
 
 def _agreed(own: Mapping[str, Mapping[str, float]], count: int) -> list[str]:
     """Constants that all `count` recordings know to be the same: one value serves them all."""
-    return [
-        path
-        for path, values in own.items()
-        if len(values) == count and len(set(values.values())) == 1
-    ]
+    return [p for p, v in own.items() if len(v) == count and len({*v.values()}) == 1]
 
 
 def _constant(model: Model, recording: Recording, path: str, value: float) -> Constant:

@@ -116,9 +116,8 @@ def _read(residual: Array, columns: Array, quantile: float) -> Array:
     """Noise of each channel in the residuals less what the columns explain, shape (2J,)."""
     joints = residual.shape[-1] // 2
     angle, sigma = np.arange(2 * joints) < joints, residual.std(axis=(0, 1)) + 1e-9
-    sigma[angle] = _rounds(
-        residual[..., angle], columns[..., angle, :], sigma[angle], quantile, angle[angle]
-    )
+    of_angles = residual[..., angle], columns[..., angle, :], sigma[angle]
+    sigma[angle] = _rounds(*of_angles, quantile, angle[angle])
     return _rounds(residual, columns, sigma, quantile, ~angle)
 
 

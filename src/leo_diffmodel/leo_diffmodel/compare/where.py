@@ -160,21 +160,18 @@ def _median(values: Array, missing: MissingTorque) -> Array:
     return np.array([np.median(c) if c.size else 1.0 for c in shown])
 
 
-def _row(
-    missing: MissingTorque, robot: Robot, excess: Array, total: float, condition: Condition
-) -> dict:
-    j, inside = condition.joint, condition.inside
+def _row(missing: MissingTorque, robot: Robot, excess: Array, total: float, at: Condition) -> dict:
+    j, inside = at.joint, at.inside
     windows = missing.windows
-    worst = np.flatnonzero(inside)[np.argsort(-np.abs(missing.torque[inside, j]))][
-        : COMPARE.worst_windows
-    ]
+    largest = np.argsort(-np.abs(missing.torque[inside, j]))[: COMPARE.worst_windows]
+    worst = np.flatnonzero(inside)[largest]
     scatter = float(np.sqrt(inside.sum()) * excess[inside, j].std()) / total
     return {
         **_part(missing, robot, excess, total, j, inside),
-        'variable': condition.variable,
-        'bin': condition.bin if isinstance(condition.bin, str) else list(condition.bin),
-        'unit': condition.unit,
-        'bag': condition.bag,
+        'variable': at.variable,
+        'bin': at.bin if isinstance(at.bin, str) else list(at.bin),
+        'unit': at.unit,
+        'bag': at.bag,
         'share_error': scatter,
         'data_share': float(inside.mean()),
         'windows': windows.spans[worst].tolist(),

@@ -15,6 +15,7 @@ from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.settings import COMPARE
 
 Array = np.ndarray
+Piece = tuple[Episode, int, int]  # where a window begins, and the number of its recording
 
 
 @dataclass(frozen=True)
@@ -84,18 +85,14 @@ def cut(
     return _stack(pieces, count, past, recordings)
 
 
-def _pieces(
-    recordings: Recordings, count: int, skip: int, past: int
-) -> Iterator[tuple[Episode, int, int]]:
+def _pieces(recordings: Recordings, count: int, skip: int, past: int) -> Iterator[Piece]:
     for source, recording in enumerate(recordings):
         for episode in recording.episodes:
             for first in range(past, len(episode.t) - count, skip):
                 yield episode, first, source
 
 
-def _stack(
-    pieces: list[tuple[Episode, int, int]], count: int, past: int, recordings: Recordings
-) -> Windows:
+def _stack(pieces: list[Piece], count: int, past: int, recordings: Recordings) -> Windows:
     def rows(name: str, first: int, last: int) -> Array:
         return np.stack([getattr(e, name)[i + first : i + last] for e, i, _ in pieces])
 

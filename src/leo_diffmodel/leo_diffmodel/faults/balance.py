@@ -79,9 +79,8 @@ def balance(flow: Flow, j: int) -> Balance | None:
         found = _fitted(flow, fitted, target[fitted], columns(late))
     least, most = FAULTS['input_late'].harmless
     good = min(size for at, size in losses.items() if least <= at <= most)
-    return replace(
-        found, figures={**found.figures, 'late': _seconds(found, late)}, gained=losses[late] / good
-    )
+    figures = {**found.figures, 'late': _seconds(found, late)}
+    return replace(found, figures=figures, gained=losses[late] / good)
 
 
 def _seconds(found: Balance, shift: float) -> Figure:

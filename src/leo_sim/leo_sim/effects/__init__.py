@@ -124,9 +124,8 @@ def place(
             raise UserError(
                 f'{effect.name} has no parameter {parameter!r}; it has: {", ".join(known)}'
             )
-    return Placed(
-        effect, names, {**known, **parameters}, everywhere, {p.name: p.unit for p in declared}
-    )
+    units = {p.name: p.unit for p in declared}
+    return Placed(effect, names, {**known, **parameters}, everywhere, units)
 
 
 def check_bounds(robot: Robot, placed: Placed) -> None:

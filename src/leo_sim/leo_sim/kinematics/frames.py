@@ -50,9 +50,8 @@ class Kinematics:
             parent = frames[joint.parent]
             angle = 0.0 if column < 0 else joint.ratio * q[..., column]
             inside = placed(joint, parts, np.asarray(angle)[..., None])
-            frames[joint.child] = Frame(
-                product(parent.rotation, inside.rotation), parent.point(inside.origin)
-            )
+            turned = product(parent.rotation, inside.rotation)
+            frames[joint.child] = Frame(turned, parent.point(inside.origin))
         return frames
 
 

@@ -116,9 +116,7 @@ class Gait:
         feet = [[c for c in robot.contacts if c.link == foot] for foot in robot.feet]
         self._soles = [Soles(self._plane, contacts, slope) for contacts in feet]
         self._feet = Soles(self._plane, [c for contacts in feet for c in contacts], slope)
-        self._heights = {
-            joint.name: self._plane.points([(joint.child, 0.0, 0.0)]) for joint in robot.joints
-        }
+        self._heights = {j.name: self._plane.points([(j.child, 0.0, 0.0)]) for j in robot.joints}
         self._touching = Soles(self._plane, robot.contacts, slope)
 
     def com_x(self, q: Array) -> Any:

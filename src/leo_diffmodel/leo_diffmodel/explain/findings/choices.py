@@ -25,9 +25,8 @@ Array = np.ndarray
 def choices(found: Search, facts: Facts) -> Choices:
     """What is chosen where folds are left out of the choice, and how often."""
     chosen, resamples = found.chosen.names, found.resamples
-    others = [
-        c for names in resamples for c in names if not any(facts.alike(c, d) for d in chosen)
-    ]
+    drawn = (c for names in resamples for c in names)
+    others = [c for c in drawn if not any(facts.alike(c, d) for d in chosen)]
     more = [c for c in others if not any(widens(c, d) or widens(d, c) for d in chosen)]
     return Choices(
         share(resamples, chosen, facts.alike),

@@ -148,10 +148,8 @@ def _trace(left: Influence, law: Law) -> Array:
     return np.asarray((left.answer[..., curve.joint] @ torque[..., None])[..., 0])
 
 
-def _linear_fit(
-    problem: Problem, base: Fit, hypothesis: Hypothesis, theta: Array, trace: Array
-) -> Fit:
-    """A fit of a law, the last of `hypothesis`, and what `base` holds, nothing simulated.
+def _linear_fit(problem: Problem, base: Fit, whole: Hypothesis, theta: Array, trace: Array) -> Fit:
+    """A fit of a law, the last of `whole`, and what `base` holds, nothing simulated.
 
     The law's size alone is free, in place of its first parameter. `trace` (W, N) is what the law
     does to the prediction, initial states projected out.
@@ -165,10 +163,10 @@ def _linear_fit(
     block = np.arange(len(train)) if problem.block is None else problem.block
     spread = likelihood.dispersion(residual[train], channels)
     data = columns[train], residual[train], block[train]
-    errors = covariance(*data, hypothesis.prior(theta), spread, channels, numerics, typical)
+    errors = covariance(*data, whole.prior(theta), spread, channels, numerics, typical)
     return replace(
         base,
-        hypothesis=hypothesis,
+        hypothesis=whole,
         theta=theta,
         covariance=errors,
         beyond=np.insert(base.beyond, places, 0.0, axis=0),

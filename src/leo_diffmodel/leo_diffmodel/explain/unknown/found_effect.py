@@ -114,13 +114,7 @@ class FoundEffect(Effect):
         return u + self._at(p, u) * self.per_torque, memory
 
     def torque(
-        self,
-        p: Values,
-        q: Array,
-        dq: Array,
-        motor: Motor,
-        load: Numbers | None,
-        memory: Any = None,
+        self, p: Values, q: Array, dq: Array, motor: Motor, load: Any, memory: Any = None
     ) -> Any:
         """Torque at the joint [N m]."""
         of = {'angle': q, 'rate': dq, 'load': load, 'input': motor.torque}

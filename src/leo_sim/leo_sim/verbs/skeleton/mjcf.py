@@ -144,11 +144,9 @@ def _strength(model: Any, i: int) -> float:
 def _effort(model: Any, i: int) -> float:
     """Largest torque of an actuator, N m (N); 0 where the file does not say."""
     gear = abs(float(model.actuator_gear[i, 0]))
-    most = (
-        [float(np.max(np.abs(model.actuator_forcerange[i]))) * gear]
-        if model.actuator_forcelimited[i]
-        else []
-    )
+    most = []
+    if model.actuator_forcelimited[i]:
+        most.append(float(np.max(np.abs(model.actuator_forcerange[i]))) * gear)
     if model.actuator_ctrllimited[i] and not _is_servo(model, i):
         range_of = float(np.max(np.abs(model.actuator_ctrlrange[i])))
         most.append(abs(_strength(model, i)) * range_of)

@@ -62,22 +62,20 @@ def actuators(
     return found
 
 
-def _figures(
-    description: Description, joint: str, load: float, kind: str, slides: bool
-) -> Figures:
-    torque = _torque(description.efforts.get(joint), load, slides)
-    why = 'rotor x (its angle per m)^2' if slides else 'rotor x gear ratio^2'
+def _figures(description: Description, joint: str, load: float, kind: str, slide: bool) -> Figures:
+    torque = _torque(description.efforts.get(joint), load, slide)
+    why = 'rotor x (its angle per m)^2' if slide else 'rotor x gear ratio^2'
     rotor = Guess(0.0, 'kg m2', why, True)
     if joint in description.rotors:
         rotor = Guess(description.rotors[joint], 'kg m2', "the MJCF's armature", False)
     if kind == 'torque':
         return {'limit': torque, 'rotor_inertia': rotor}
-    speed = description.speeds.get(joint, SLIDING if slides else SPEED)
+    speed = description.speeds.get(joint, SLIDING if slide else SPEED)
     constant = SUPPLY / speed
     largest = Guess(SUPPLY, 'V', 'largest command', True)
     loop = {}
     if kind == 'position':
-        most, full = (SLID, FULL_DUTY_SLIDE) if slides else (TURNED, FULL_DUTY)
+        most, full = (SLID, FULL_DUTY_SLIDE) if slide else (TURNED, FULL_DUTY)
         largest = Guess(most, 'rad', 'goals from -limit to limit', True)
         gain = Guess(_rounded(1 / full), '1/rad', 'duty for 1 rad, a guess', True)
         loop = {'position_gain': gain}
