@@ -88,30 +88,25 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
 
 
 def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
-    trace, labels = data.traces[i], [t.candidate.label for t in data.traces]
-    rivals = [
-        j
-        for j, other in enumerate(data.traces)
-        if j != i and not apart.same[i, j] and not widens(other.candidate, trace.candidate)
-    ]
+    trace, of, same = data.traces[i], [t.candidate for t in data.traces], apart.same[i]
+    rivals = [j for j, c in enumerate(of) if j != i and not same[j] and not widens(c, of[i])]
     found = trace.nats / needed(data.threshold)
     with np.errstate(divide='ignore', invalid='ignore'):
         separate = rest / needed(SETTINGS.gates.margin_nats - apart.ahead[i])
     both = np.minimum(found, np.nan_to_num(separate[:, rivals], nan=np.inf).min(axis=1))
     nearest = min(rivals, key=lambda j: apart.separable[i, j])
-    candidate = trace.candidate
     return Reach(
-        name=candidate.effect.name,
-        where=candidate.where,
-        unit=candidate.parameters[0].unit,
+        name=of[i].effect.name,
+        where=of[i].where,
+        unit=of[i].parameters[0].unit,
         detectable=_smallest(trace, found),
         nameable=_smallest(trace, both),
-        nearest=(labels[nearest], float(apart.separable[i, nearest])),
+        nearest=(of[nearest].label, float(apart.separable[i, nearest])),
         typical=typical(trace),
         typical_nats=float(_at_typical(trace, trace.nats)),
         seconds_to_detect=_seconds(data, float(_at_typical(trace, found))),
         seconds_to_name=_seconds(data, float(_at_typical(trace, both))),
-        together=tuple(labels[j] for j in np.flatnonzero(apart.same[i])),
+        together=tuple(of[j].label for j in np.flatnonzero(same)),
     )
 
 

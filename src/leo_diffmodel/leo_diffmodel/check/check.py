@@ -109,15 +109,8 @@ def check(
     rows, apart = reaches(data, Facts.of(model.robot, recordings))
     pairs = alike(rows, apart, data.seconds)
     findings += [hidden(rows, data.seconds, recordings, model)]
-    return Check(
-        _sorted(findings),
-        tuple(ranges),
-        tuple(rows),
-        tuple(pairs),
-        data.threshold,
-        data.seconds,
-        provenance(recordings, model),
-    )
+    found, origin = (tuple(ranges), tuple(rows), tuple(pairs)), provenance(recordings, model)
+    return Check(_sorted(findings), *found, data.threshold, data.seconds, origin)
 
 
 def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
@@ -181,12 +174,9 @@ def of_faults(recording: Recording, faults: Sequence[Found]) -> list[Finding]:
     if recording.rates != 'measured':
         return found
     wrong = {f.joint for f in faults if f.evidence == 'kinematics'}
-    good = [
-        Finding('rate', OK, f'{joint}: the speed is the derivative of the position')
-        for joint in recording.joints
-        if joint not in wrong and '' not in wrong
-    ]
-    return found + good
+    right = (joint for joint in recording.joints if not wrong & {joint, ''})
+    said = 'the speed is the derivative of the position'
+    return found + [Finding('rate', OK, f'{joint}: {said}') for joint in right]
 
 
 def _finding(f: Found) -> Finding:

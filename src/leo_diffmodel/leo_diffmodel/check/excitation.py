@@ -35,10 +35,8 @@ class Excitation:
 
 def excitation(recordings: Recordings, sigma: Array, robot: Robot) -> list[Excitation]:
     """One row per joint; those of a base that was held in all bags have none. Noise is (R, 2J)."""
-    return [
-        _joint([recordings[i] for i in used], sigma[used], j, robot)
-        for j, used in _loose(recordings, robot.base_joints)
-    ]
+    loose = _loose(recordings, robot.base_joints)
+    return [_joint([recordings[i] for i in used], sigma[used], j, robot) for j, used in loose]
 
 
 def _loose(recordings: Recordings, base: Sequence[str]) -> Iterator[tuple[int, list[int]]]:
@@ -64,15 +62,10 @@ def _of_base(row: Excitation) -> Finding:
 
 def _joint(recordings: Recordings, sigma: Array, j: int, robot: Robot) -> Excitation:
     name, episodes = recordings[0].joints[j], [e for r in recordings for e in r.episodes]
-    joints = len(recordings[0].joints)
+    noise = sigma[:, len(recordings[0].joints) + j]
     q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
-    moving = np.concatenate(
-        [
-            np.abs(e.dq[:, j]) > CHECK.moving_sigmas * s[joints + j]
-            for r, s in zip(recordings, sigma, strict=True)
-            for e in r.episodes
-        ]
-    )
+    each = [(e, s) for r, s in zip(recordings, noise, strict=True) for e in r.episodes]
+    moving = np.concatenate([np.abs(e.dq[:, j]) > CHECK.moving_sigmas * s for e, s in each])
     u, free = np.zeros(0), 0.0
     if name in recordings[0].actuators:
         a = recordings[0].actuators.index(name)

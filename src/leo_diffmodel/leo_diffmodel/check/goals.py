@@ -27,12 +27,8 @@ def asked(recording: Recording) -> list[Finding]:
     is the action after clipping. It shows where a joint stands at an end of what it ever reached
     while its goal, farther out, goes on.
     """
-    out = [
-        finding
-        for a, joint in enumerate(recording.actuators)
-        if recording.input == 'position'
-        for finding in _unmet(recording, a, joint)
-    ]
+    actuators = recording.actuators if recording.input == 'position' else ()
+    out = [f for a, joint in enumerate(actuators) for f in _unmet(recording, a, joint)]
     columns = recording.metadata.get('inputs_from', '').split(', ')
     named = [column for column in columns if role_of(column).is_goal]
     if named and not out:

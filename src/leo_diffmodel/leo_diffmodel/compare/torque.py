@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -164,11 +164,8 @@ def in_parts(
     for first in range(0, windows.count, most):
         parts.append(work(windows.take(np.arange(first, min(first + most, windows.count)))))
         yield False
-    whole: dict[str, Any] = {
-        f.name: np.concatenate([getattr(part, f.name) for part in parts])
-        for f in fields(MissingTorque)
-        if isinstance(getattr(parts[0], f.name), np.ndarray)
-    }
+    arrays = [name for name, value in vars(parts[0]).items() if isinstance(value, np.ndarray)]
+    whole: dict[str, Any] = {n: np.concatenate([getattr(p, n) for p in parts]) for n in arrays}
     return replace(parts[0], windows=windows, **whole)
 
 

@@ -44,11 +44,8 @@ def where(missing: MissingTorque, model: Model) -> Where:
     missing = missing.take(np.flatnonzero(~single.any(axis=1)))
     excess = _excess(missing)
     total = max(float(excess.sum()), np.sqrt(excess.size))
-    joints = [
-        _part(missing, model.robot, excess, total, j, np.full(len(missing.time), True))
-        for j in range(len(model.robot.joint_names))
-        if missing.seen[:, j].any()
-    ]
+    shown, always = np.flatnonzero(missing.seen.any(axis=0)), np.full(len(missing.time), True)
+    joints = [_part(missing, model.robot, excess, total, int(j), always) for j in shown]
     rows = [
         _row(missing, model.robot, excess, total, condition)
         for condition in conditions(missing.windows, model, pressed=missing.carrying)

@@ -82,11 +82,8 @@ def measure(
     data, notes = _usable(recordings, model)
     posed, reporter = _posed(data, model), Reporter.of(progress)
     fits = Smooth(posed, scales_of(model, posed.problem.windows))
-    pool = [
-        limited(c, model, posed.problem.grids)
-        for c in seen(model, data, extra)
-        if is_of_motor(c, joint, model.robot)
-    ]
+    able = (c for c in seen(model, data, extra) if is_of_motor(c, joint, model.robot))
+    pool = [limited(c, model, posed.problem.grids) for c in able]
     rich = _rich(fits, pool, reporter)
     friction = {c.effect.name: c for c in pool if c.effect.name in FRICTION}
     after, own = posed.problem.numerics.starting, any(e.source for e in extra)

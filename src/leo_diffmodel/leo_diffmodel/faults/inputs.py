@@ -87,11 +87,8 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
         a = recording.actuators.index(joint)
         zero = [e.inputs[:, a] == 0 for e in recording.episodes]
         share = float(np.concatenate(zero).mean())
-        spans = [
-            (float(e.t[rows[0]]), float(e.t[rows[-1]]))
-            for e, none in zip(recording.episodes, zero, strict=True)
-            for rows in runs(none)
-        ]
+        both = zip(recording.episodes, zero, strict=True)
+        spans = [(float(e.t[r[0]]), float(e.t[r[-1]])) for e, none in both for r in runs(none)]
         what = (
             f'the input of {joint} is logged as 0 in {share:.0%} of the rows, and what moves it '
             f"then is as large as a motor's"

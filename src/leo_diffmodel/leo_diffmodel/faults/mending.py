@@ -119,9 +119,5 @@ def _one(group: Sequence[Found]) -> Found:
     bags = len({f.bag for f in sure})
     others = 'log' if bags == 2 else 'logs'
     more = f' (and in {bags - 1} other {others})' if bags > 1 else ''
-    return replace(
-        first,
-        value=value,
-        sd=float((spread**-2).sum() ** -0.5) if bags > 1 else first.sd,
-        what=first.what + more,
-    )
+    sd = float((spread**-2).sum() ** -0.5) if bags > 1 else first.sd
+    return replace(first, value=value, sd=sd, what=first.what + more)

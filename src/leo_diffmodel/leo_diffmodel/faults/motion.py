@@ -166,16 +166,12 @@ class Motion:
         spline = solved(weighted, self.count, (root * y)[:, None])[:, 0]
         _, speed, rate, change = self._rows(theta)
         sq, sw = self.sigma
-        none, one = np.zeros(len(self.q)), np.ones(len(self.q))
-        columns = np.stack(
-            [
-                np.r_[none, (speed @ spline) / sw],
-                np.r_[(change @ spline) / sq, none],
-                np.r_[(rate @ spline) / sq, none],
-                np.r_[none, one / sw],
-            ],
-            axis=1,
-        )[:, list(index)]
+        each = np.zeros((2, len(self.q), len(NAMES)))
+        each[1, :, 0] = (speed @ spline) / sw
+        each[0, :, 1] = (change @ spline) / sq
+        each[0, :, 2] = (rate @ spline) / sq
+        each[1, :, 3] = 1.0 / sw
+        columns = each.reshape(-1, len(NAMES))[:, list(index)]
         seen = solved(weighted, self.count, root[:, None] * columns)
         return y - rows @ spline, columns - np.stack([rows @ s for s in seen.T], axis=1)
 

@@ -54,10 +54,9 @@ class Laws:
         self.actuated_joints = robot.actuated
         self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
         uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
-        by_hook = {
-            hook: sorted((u for u in uses if u.effect.hook == hook), key=lambda u: u.effect.rank)
-            for hook in ('command', 'torque', 'sensor', 'drive')
-        }
+        uses.sort(key=lambda u: u.effect.rank)
+        hooks = ('command', 'torque', 'sensor', 'drive')
+        by_hook = {hook: [u for u in uses if u.effect.hook == hook] for hook in hooks}
         self._commands = by_hook['command']
         behind: list[Use] = []
         if robot.input == 'position':
@@ -122,12 +121,10 @@ class Laws:
 
     def remember(self, q: Array, dq: Array, memory: Memory, h: Numbers) -> Memory:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
-        kept = {
-            use.key: use.effect.remember(
-                use.values, q[..., use.at], dq[..., use.at], use.recalled(memory), h
-            )
-            for use in self._remembering
-        }
+        kept = {}
+        for use in self._remembering:
+            state = q[..., use.at], dq[..., use.at], use.recalled(memory)
+            kept[use.key] = use.effect.remember(use.values, *state, h)
         memory = {**memory, **kept}
         return self.sensors.sense(q, dq, memory, h)[2] if self.sensors.dynamic else memory
 

@@ -101,11 +101,8 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
 
 def named_models() -> dict[str, Path]:
     """The model files in the folders `models` of named robots: ROBOT_FILE, as so101_bam."""
-    return {
-        f'{name}_{file.stem}': file
-        for name, folder in named_robots().items()
-        for file in sorted(folder.glob('models/*.yaml'))
-    }
+    found = {name: folder.glob('models/*.yaml') for name, folder in named_robots().items()}
+    return {f'{name}_{file.stem}': file for name, of in found.items() for file in sorted(of)}
 
 
 def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
@@ -158,11 +155,8 @@ def _entry(placed: Placed, folder: Path | None) -> dict[str, Any]:
     source = placed.effect.source
     if source and folder is not None:
         source = str(_relative(Path(source), folder))
-    return {
-        'name': source or placed.effect.name,
-        'where': 'all' if placed.everywhere else where,
-        'parameters': parameters,
-    }
+    place = 'all' if placed.everywhere else where
+    return {'name': source or placed.effect.name, 'where': place, 'parameters': parameters}
 
 
 def _placed_all(path: Path, robot: Robot, entries: Sequence[EffectFile]) -> tuple[Placed, ...]:

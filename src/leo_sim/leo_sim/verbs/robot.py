@@ -33,11 +33,8 @@ def main(argv: list[str]) -> int:
 
 
 def _init(argv: list[str]) -> int:
-    parser = common.Parser(
-        'leo robot init',
-        'Make a robot folder from a URDF or MJCF and say what is left to fill in.',
-        INIT,
-    )
+    about = 'Make a robot folder from a URDF or MJCF and say what is left to fill in.'
+    parser = common.Parser('leo robot init', about, INIT)
     parser.add_argument('urdf', type=Path, metavar='URDF|MJCF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
     parser.add(
@@ -75,11 +72,8 @@ def _init(argv: list[str]) -> int:
 
 
 def _step(argv: list[str]) -> int:
-    parser = common.Parser(
-        'leo robot step',
-        'Measure the integration step of a robot folder and write it there.',
-        STEP,
-    )
+    about = 'Measure the integration step of a robot folder and write it there.'
+    parser = common.Parser('leo robot step', about, STEP)
     parser.add_argument('folder', type=Path, metavar='FOLDER')
     options = parser.parse_args(argv)
 

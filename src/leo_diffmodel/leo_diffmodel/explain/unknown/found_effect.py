@@ -163,17 +163,12 @@ def text_of(effect: FoundEffect) -> str:
         equation=effect.equation,
         looks_like=effect.looks_like,
     )
+    own = {'names': names, 'law': effect.text}
     if effect.hook == 'command':
-        per_torque = float(effect.per_torque)
-        return head + COMMAND.format(names=names, law=effect.text, per_torque=per_torque)
+        return head + COMMAND.format(per_torque=float(effect.per_torque), **own)
     flags = ''.join(f'    {name} = True\n' for name in FLAGS if getattr(effect, name))
-    law = TORQUE.format(
-        memory=MEMORY.get(effect.variable, ''),
-        x=SOURCES[effect.variable],
-        names=names,
-        law=effect.text,
-        result=RESULTS[effect.carrier],
-    )
+    memory, result = MEMORY.get(effect.variable, ''), RESULTS[effect.carrier]
+    law = TORQUE.format(memory=memory, x=SOURCES[effect.variable], result=result, **own)
     return head + flags + law + REMEMBERED.get(effect.variable, '')
 
 

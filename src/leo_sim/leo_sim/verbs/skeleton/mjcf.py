@@ -79,14 +79,9 @@ def _add_body(root: Element, model: Any, body: int, above: Any) -> Any:
             _add_link(root, child, LIGHT, at * 0, np.full(3, LIGHT**2), Rotation.identity())
     if not count:
         _add_joint(root, model, None, (parent, _link(model, body)), place, turned)
-    _add_link(
-        root,
-        _link(model, body),
-        model.body_mass[body],
-        model.body_ipos[body] - at,
-        model.body_inertia[body],
-        Rotation.from_quat(model.body_iquat[body], scalar_first=True),
-    )
+    axes = Rotation.from_quat(model.body_iquat[body], scalar_first=True)
+    mass, com = model.body_mass[body], model.body_ipos[body] - at
+    _add_link(root, _link(model, body), mass, com, model.body_inertia[body], axes)
     return at
 
 

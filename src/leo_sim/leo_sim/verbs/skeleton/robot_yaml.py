@@ -49,11 +49,8 @@ def actuators(
     `loads` are the largest torques of gravity at each moving joint, N m (N); `kind` is 'torque',
     'voltage' or 'position'.
     """
-    found = {
-        joint: _figures(description, joint, load, kind, joint in slides)
-        for joint, load in loads.items()
-        if description.motors is None or joint in description.motors
-    }
+    driven = [j for j in loads if description.motors is None or j in description.motors]
+    found = {j: _figures(description, j, loads[j], kind, j in slides) for j in driven}
     for joint in slides & found.keys():
         found[joint] = {
             key: replace(guess, unit=sliding(guess.unit), source=sliding(guess.source))
