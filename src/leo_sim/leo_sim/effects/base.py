@@ -207,13 +207,12 @@ def with_roles(effect: Effect, parameters: tuple[Parameter, ...]) -> tuple[Param
 
 
 def _role(effect: Effect, parameter: Parameter, first: Parameter) -> str:
-    if parameter.unit != first.unit:
+    hook, unit = effect.hook, first.unit
+    if parameter.unit != unit:
         return 'position' if parameter.unit == 'rad' else 'shape'
-    if first.unit == 's':
+    if unit == 's':
         return 'delay'
-    cuts = (
-        first.unit if effect.hook == 'command' else (effect.hook, first.unit) == ('drive', 'rad')
-    )
+    cuts = (hook == 'command' and unit) or (hook == 'drive' and unit == 'rad')
     return 'threshold' if cuts else 'amplitude'
 
 
