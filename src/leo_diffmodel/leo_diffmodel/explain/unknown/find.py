@@ -27,7 +27,9 @@ from leo_diffmodel.explain.unknown.influence import Influence, influence
 Named = Mapping[Names, Scored]
 
 
-def find(recordings: Recordings, found: Search, progress: Progress) -> Attempt | None:
+def find(
+    recordings: Recordings, found: Search, progress: Progress = lambda *_: None
+) -> Attempt | None:
     """The law that what is known, the final hypothesis, cannot stand for, if any."""
     if found.weight.leaves_noise(found.chosen, found.threshold):
         return None  # nothing is ahead of it by more than noise gives
