@@ -21,7 +21,7 @@ from leo_sim.effects.parameter import has_unit, Parameter
 from leo_sim.model.constants import changed_constants, checked_constants, ConstantFile, expanded
 from leo_sim.model.model import Model
 
-Entries = Sequence[Mapping[str, Any]] | None  # of a history
+_Entries = Sequence[Mapping[str, Any]] | None  # of a history
 Limits = dict[str, tuple[float, float]]
 
 
@@ -115,7 +115,7 @@ def write_effects(effects: Sequence[Placed], folder: Path | None = None) -> list
     return [_entry(placed, folder) for placed in effects]
 
 
-def save_model(path: str | Path, model: Model, history: Entries = None) -> Path:
+def save_model(path: str | Path, model: Model, history: _Entries = None) -> Path:
     """Write a model, with single values for all parameters, as a new file.
 
     The history is what was added and why; the model's own when None. UserError: the file exists;
@@ -127,7 +127,7 @@ def save_model(path: str | Path, model: Model, history: Entries = None) -> Path:
     return write_whole(path, model_text(path, model, history))
 
 
-def model_text(path: Path, model: Model, history: Entries = None) -> str:
+def model_text(path: Path, model: Model, history: _Entries = None) -> str:
     content: dict[str, Any] = {'robot': _reference(path, model.robot)}
     if changed := changed_constants(model.robot, model.constants, model.by_recording):
         content['constants'] = changed
