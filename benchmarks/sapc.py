@@ -94,8 +94,7 @@ class Bench:
 
     def hand(self, q: np.ndarray) -> np.ndarray:
         """Where the flange is [m]."""
-        frames = Kinematics(self.robot.joints).frames(q)
-        return np.stack(np.broadcast_arrays(*frames['hand'].origin), axis=-1)
+        return Kinematics(self.robot.joints).frames(q)['hand'].origin
 
     def bag(self, name: str, seed: int, draw: int, goals: bool) -> Path:
         """The bag of a case, a path and a draw of noise; made where there is none yet."""

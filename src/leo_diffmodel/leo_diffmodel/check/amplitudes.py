@@ -79,41 +79,34 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
     traces, alike = data.traces, explained(data.traces)
     parts = np.split(alike, np.cumsum([len(t.sizes) for t in traces])[:-1])
     rest = [t.nats[:, None] * (1 - part) for t, part in zip(traces, parts, strict=True)]
-    cost = data.price * np.array([len(t.candidate.parameters) for t in traces])
-    same = [
-        [a is not b and bool(same_thing(a.candidate, b.candidate, facts)) for b in traces]
-        for a in traces
-    ]
+    of = [t.candidate for t in traces]
+    cost = data.price * np.array([len(c.parameters) for c in of])
+    same = [[a is not b and bool(same_thing(a, b, facts)) for b in of] for a in of]
     nats = [_at_typical(t, r) for t, r in zip(traces, rest, strict=True)]
     apart = Apart(np.array(nats), cost - cost[:, None], np.array(same))
     return [_reach(data, i, r, apart) for i, r in enumerate(rest)], apart
 
 
 def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
-    trace, labels = data.traces[i], [t.candidate.label for t in data.traces]
-    rivals = [
-        j
-        for j, other in enumerate(data.traces)
-        if j != i and not apart.same[i, j] and not widens(other.candidate, trace.candidate)
-    ]
+    trace, of, same = data.traces[i], [t.candidate for t in data.traces], apart.same[i]
+    rivals = [j for j, c in enumerate(of) if j != i and not same[j] and not widens(c, of[i])]
     found = trace.nats / needed(data.threshold)
     with np.errstate(divide='ignore', invalid='ignore'):
         separate = rest / needed(SETTINGS.gates.margin_nats - apart.ahead[i])
     both = np.minimum(found, np.nan_to_num(separate[:, rivals], nan=np.inf).min(axis=1))
     nearest = min(rivals, key=lambda j: apart.separable[i, j])
-    candidate = trace.candidate
     return Reach(
-        name=candidate.effect.name,
-        where=candidate.where,
-        unit=candidate.parameters[0].unit,
+        name=of[i].effect.name,
+        where=of[i].where,
+        unit=of[i].parameters[0].unit,
         detectable=_smallest(trace, found),
         nameable=_smallest(trace, both),
-        nearest=(labels[nearest], float(apart.separable[i, nearest])),
+        nearest=(of[nearest].label, float(apart.separable[i, nearest])),
         typical=typical(trace),
         typical_nats=float(_at_typical(trace, trace.nats)),
         seconds_to_detect=_seconds(data, float(_at_typical(trace, found))),
         seconds_to_name=_seconds(data, float(_at_typical(trace, both))),
-        together=tuple(labels[j] for j in np.flatnonzero(apart.same[i])),
+        together=tuple(of[j].label for j in np.flatnonzero(same)),
     )
 
 

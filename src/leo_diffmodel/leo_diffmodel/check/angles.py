@@ -64,9 +64,8 @@ def positions_only(recording: Recording, robot: Robot) -> list[Finding]:
     """How coarse the speeds of a log are that measured none, for the worst joint."""
     if recording.rates not in WITHOUT_SPEED:
         return []
-    off, share, joint = max(
-        (_coarseness(recording, j) for j in range(len(recording.joints))), key=lambda c: c[1]
-    )
+    each = (_coarseness(recording, j) for j in range(len(recording.joints)))
+    off, share, joint = max(each, key=lambda c: c[1])
     unit = length_unit(robot, joint)
     what = (
         f'{WITHOUT_SPEED[recording.rates]}, coarse to {off:.2g} {unit}/s at {joint}, '

@@ -9,7 +9,7 @@ from itertools import groupby
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_level
@@ -109,15 +109,8 @@ def check(
     rows, apart = reaches(data, Facts.of(model.robot, recordings))
     pairs = alike(rows, apart, data.seconds)
     findings += [hidden(rows, data.seconds, recordings, model)]
-    return Check(
-        _sorted(findings),
-        tuple(ranges),
-        tuple(rows),
-        tuple(pairs),
-        data.threshold,
-        data.seconds,
-        provenance(recordings, model),
-    )
+    found, origin = (tuple(ranges), tuple(rows), tuple(pairs)), provenance(recordings, model)
+    return Check(_sorted(findings), *found, data.threshold, data.seconds, origin)
 
 
 def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
@@ -153,7 +146,7 @@ def traps(recording: Recording, robot: Robot) -> list[Finding]:
 
 
 def of_all(
-    recordings: Sequence[Recording], model: Model, sigma: Array, ranges: Sequence[Excitation]
+    recordings: Recordings, model: Model, sigma: Array, ranges: Sequence[Excitation]
 ) -> list[Finding]:
     """How noisy the joints are, and how much they move, in all bags together."""
     robot = model.robot
@@ -169,11 +162,8 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     seconds = sum(e.seconds for r in recordings for e in r.episodes)
     todo = 'record 20 s or more with a changing input, or leave that bag out'
     short = Finding('short', ERROR, why, todo)
-    found = [
-        replace(f, bag=str(r.path))
-        for r in recordings
-        for f in (*timing(r), *traps(r, model.robot))
-    ]
+    told = ((r, f) for r in recordings for f in (*timing(r), *traps(r, model.robot)))
+    found = [replace(f, bag=str(r.path)) for r, f in told]
     findings, origin = [short, length(recordings), *found], provenance(recordings, model)
     return Check(_sorted(findings), (), (), (), None, seconds, origin)
 
@@ -184,12 +174,9 @@ def of_faults(recording: Recording, faults: Sequence[Found]) -> list[Finding]:
     if recording.rates != 'measured':
         return found
     wrong = {f.joint for f in faults if f.evidence == 'kinematics'}
-    good = [
-        Finding('rate', OK, f'{joint}: the speed is the derivative of the position')
-        for joint in recording.joints
-        if joint not in wrong and '' not in wrong
-    ]
-    return found + good
+    right = (joint for joint in recording.joints if not wrong & {joint, ''})
+    said = 'the speed is the derivative of the position'
+    return found + [Finding('rate', OK, f'{joint}: {said}') for joint in right]
 
 
 def _finding(f: Found) -> Finding:

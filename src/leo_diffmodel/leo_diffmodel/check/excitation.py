@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import input_unit, length_unit
 from leo_diffmodel.outside.finding import Finding, OK, WARNING
@@ -33,17 +33,13 @@ class Excitation:
     free: float  # time with its motor off [s]
 
 
-def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Excitation]:
+def excitation(recordings: Recordings, sigma: Array, robot: Robot) -> list[Excitation]:
     """One row per joint; those of a base that was held in all bags have none. Noise is (R, 2J)."""
-    return [
-        _joint([recordings[i] for i in used], sigma[used], j, robot)
-        for j, used in _loose(recordings, robot.base_joints)
-    ]
+    loose = _loose(recordings, robot.base_joints)
+    return [_joint([recordings[i] for i in used], sigma[used], j, robot) for j, used in loose]
 
 
-def _loose(
-    recordings: Sequence[Recording], base: Sequence[str]
-) -> Iterator[tuple[int, list[int]]]:
+def _loose(recordings: Recordings, base: Sequence[str]) -> Iterator[tuple[int, list[int]]]:
     """Each joint with the recordings in which it may move: those of a held base may not."""
     for j, name in enumerate(recordings[0].joints):
         used = [i for i, r in enumerate(recordings) if not (r.held and name in base)]
@@ -64,17 +60,12 @@ def _of_base(row: Excitation) -> Finding:
     return _moves(row)
 
 
-def _joint(recordings: Sequence[Recording], sigma: Array, j: int, robot: Robot) -> Excitation:
+def _joint(recordings: Recordings, sigma: Array, j: int, robot: Robot) -> Excitation:
     name, episodes = recordings[0].joints[j], [e for r in recordings for e in r.episodes]
-    joints = len(recordings[0].joints)
+    noise = sigma[:, len(recordings[0].joints) + j]
     q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
-    moving = np.concatenate(
-        [
-            np.abs(e.dq[:, j]) > CHECK.moving_sigmas * s[joints + j]
-            for r, s in zip(recordings, sigma, strict=True)
-            for e in r.episodes
-        ]
-    )
+    each = [(e, s) for r, s in zip(recordings, noise, strict=True) for e in r.episodes]
+    moving = np.concatenate([np.abs(e.dq[:, j]) > CHECK.moving_sigmas * s for e, s in each])
     u, free = np.zeros(0), 0.0
     if name in recordings[0].actuators:
         a = recordings[0].actuators.index(name)
@@ -112,7 +103,7 @@ def _moves(row: Excitation) -> Finding:
     return Finding('excitation', OK, f'{row.joint} moves in {100 * row.moving:.0f} % of the time')
 
 
-def noise_level(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Finding]:
+def noise_level(recordings: Recordings, sigma: Array, robot: Robot) -> list[Finding]:
     """One finding per joint: the noisiest of its bags (R, 2J) against what it moves in all."""
     joints, out = recordings[0].joints, []
     for j, used in _loose(recordings, robot.base_joints):

@@ -27,12 +27,8 @@ def asked(recording: Recording) -> list[Finding]:
     is the action after clipping. It shows where a joint stands at an end of what it ever reached
     while its goal, farther out, goes on.
     """
-    out = [
-        finding
-        for a, joint in enumerate(recording.actuators)
-        if recording.input == 'position'
-        for finding in _unmet(recording, a, joint)
-    ]
+    actuators = recording.actuators if recording.input == 'position' else ()
+    out = [f for a, joint in enumerate(actuators) for f in _unmet(recording, a, joint)]
     columns = recording.metadata.get('inputs_from', '').split(', ')
     named = [column for column in columns if role_of(column).is_goal]
     if named and not out:
@@ -50,7 +46,7 @@ def _unmet(recording: Recording, a: int, joint: str) -> Iterator[Finding]:
     j = recording.joints.index(joint)
     q = np.concatenate([e.q[:, j] for e in recording.episodes])
     low, high = float(q.min()), float(q.max())
-    parts = (s for e in recording.episodes for s in _stretches(e, j, a, low, high))
+    parts = (s for e in recording.episodes for s in _spans(e, j, a, low, high))
     found = merged(parts, CHECK.unmet_apart)
     if found:
         what = (
@@ -60,9 +56,7 @@ def _unmet(recording: Recording, a: int, joint: str) -> Iterator[Finding]:
         yield Finding('asked', WARNING, what, TODO, found)
 
 
-def _stretches(
-    e: Episode, j: int, a: int, low: float, high: float
-) -> Iterator[tuple[float, float]]:
+def _spans(e: Episode, j: int, a: int, low: float, high: float) -> Iterator[tuple[float, float]]:
     q, goal, span = e.q[:, j], e.inputs[:, a], high - low
     above = (q > high - CHECK.at_end * span) & (goal > high + CHECK.beyond * span)
     below = (q < low + CHECK.at_end * span) & (goal < low - CHECK.beyond * span)
@@ -147,8 +141,7 @@ def _shares(recording: Recording, j: int, a: int) -> tuple[Array, Array]:
 
 def _rows(e: Episode, j: int, a: int) -> tuple[Array, Array]:
     """The goals and angles, newest first, that each angle is predicted from, and it."""
-    goals, angles = (
-        sliding_window_view(x, CHECK.past + 1)[:, ::-1] for x in (e.inputs[:, a], e.q[:, j])
-    )
+    both = e.inputs[:, a], e.q[:, j]
+    goals, angles = (sliding_window_view(x, CHECK.past + 1)[:, ::-1] for x in both)
     columns = [goals, angles[:, 1:], np.ones((len(goals), 1))]
     return np.concatenate(columns, axis=1), angles[:, 0]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.amplitudes import Apart, Reach
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.explain.problem.candidates import uncertain
@@ -56,9 +56,7 @@ def groups(pairs: Sequence[Pair]) -> list[list[str]]:
     return [sorted(g) for g in found]
 
 
-def hidden(
-    rows: Sequence[Reach], seconds: float, recordings: Sequence[Recording], model: Model
-) -> Finding:
+def hidden(rows: Sequence[Reach], seconds: float, recordings: Recordings, model: Model) -> Finding:
     """Effects that would not show, or not be named, and what to do about it."""
     blind = [r.label for r in rows if r.detectable is None and r.label not in nowhere(model)]
     twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
@@ -72,7 +70,7 @@ def hidden(
     return Finding('effects', OK, what)
 
 
-def _instead(recordings: Sequence[Recording], model: Model) -> str:
+def _instead(recordings: Recordings, model: Model) -> str:
     if model.robot.base_joints and all(r.held for r in recordings):
         return 'the base was held: record the robot standing and stepping too'
     names = [r.name for r in recordings]

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 import itertools
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
 
@@ -64,7 +63,7 @@ def _gaps(recording: Recording) -> list[Finding]:
     return [Finding('gaps', WARNING, what, todo, tuple(gaps))]
 
 
-def length(recordings: Sequence[Recording]) -> Finding:
+def length(recordings: Recordings) -> Finding:
     """How long all bags together are."""
     episodes = [e for r in recordings for e in r.episodes]
     seconds = sum(e.seconds for e in episodes)

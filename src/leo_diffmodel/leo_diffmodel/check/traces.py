@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.windows import evenly, thin
 from leo_diffmodel.explain.estimate.fit import fit
@@ -47,7 +47,7 @@ class Traces:
 
 
 def traces_of(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,

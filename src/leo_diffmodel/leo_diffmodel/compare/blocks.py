@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.windows import Windows
 
@@ -57,7 +56,7 @@ class Blocks:
         first, last = self.index(windows), self.index(windows, 1.0)
         return (first == last) & ((first - self.offset[windows.source]) % 2 == which)
 
-    def held_share(self, recordings: Sequence[Recording]) -> float:
+    def held_share(self, recordings: Recordings) -> float:
         """Which part of the recordings, by time, is held out."""
         if not self.held_sources:
             return 1.0 / COMPARE.held_out_every
@@ -80,21 +79,19 @@ class Blocks:
         """Which windows share no time with held-out data, shape (W,)."""
         if self.held_sources:
             return ~self._whole(windows)
-        first, last = self.index(windows), self.index(windows, 1.0)
-        return (first % COMPARE.held_out_every != COMPARE.first_held) & (
-            last % COMPARE.held_out_every != COMPARE.first_held
-        )
+        ends = np.stack([self.index(windows), self.index(windows, 1.0)])
+        return np.asarray((ends % COMPARE.held_out_every != COMPARE.first_held).all(axis=0))
 
 
-def make_blocks(
-    recordings: Sequence[Recording], hold_out: Sequence[Recording], own: bool = False
-) -> Blocks:
+def make_blocks(recordings: Recordings, hold_out: Recordings, own: bool = False) -> Blocks:
     """Blocks of 2 s, or an eighth of a recording shorter than 16 s; see `Blocks`."""
     everything = [*recordings, *hold_out]
     begin, duration = np.array([_span(r) for r in everything]).T
     length = np.maximum(np.minimum(COMPARE.block_seconds, duration / COMPARE.fewest_blocks), 1e-9)
     count = np.floor(duration / length).astype(int) + 2
-    by_name = sorted(range(len(everything)), key=lambda i: _identity(everything[i]))
+    # by what recordings differ, parts of one bag too
+    names = [(r.path.name, str(r.path), *_span(r)) for r in everything]
+    by_name = sorted(range(len(everything)), key=names.__getitem__)
     offset = np.zeros(len(everything), dtype=int)
     offset[by_name] = np.cumsum(count[by_name]) - count[by_name]
     held = tuple(range(len(recordings), len(everything))) if hold_out else ()
@@ -105,8 +102,3 @@ def _span(recording: Recording) -> tuple[float, float]:
     """First stamp, and how long it lasts [s]."""
     first = min(e.t[0] for e in recording.episodes)
     return float(first), float(max(e.t[-1] for e in recording.episodes) - first)
-
-
-def _identity(recording: Recording) -> tuple[str, str, float, float]:
-    """By what recordings differ, parts of one bag too."""
-    return recording.path.name, str(recording.path), *_span(recording)

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 import time
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.compare.pushes import fast_enough, stepped
@@ -36,7 +36,7 @@ class Comparison:
 
 
 def compare(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     step: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
@@ -84,7 +84,7 @@ def compare(
 
 
 @contextmanager
-def enough(recordings: Sequence[Recording], wanted: str = 'at least 2 s') -> Iterator[None]:
+def enough(recordings: Recordings, wanted: str = 'at least 2 s') -> Iterator[None]:
     """Say of recordings that give no windows or no noise what to record instead.
 
     Raises:
@@ -106,13 +106,11 @@ def _fastest(recording: Recording) -> float:
     return max(float(np.abs(e.dq).max()) for e in recording.episodes)
 
 
-def _errors(
-    model: Model, prediction: errors.Prediction, near: errors.Prediction, step: float
-) -> dict:
+def _errors(model: Model, ahead: errors.Prediction, near: errors.Prediction, step: float) -> dict:
     """One step, observation and horizon, each with its noise floor of the same shape."""
     one, seen = errors.one_step(near, step), errors.observation_mse(model, near, step)
     of_one = one.pop('noise_floor')
-    far = errors.horizon_table(prediction, step)
+    far = errors.horizon_table(ahead, step)
     coarse = far[0]['steps'] if far else np.inf
     rows = [r for r in errors.horizon_table(near, step) if r['steps'] < coarse] + far
     floors = [r.pop('noise_floor') for r in rows]
@@ -133,9 +131,7 @@ def _errors(
     }
 
 
-def windows_up_to(
-    seconds: float, recordings: Sequence[Recording], model: Model, step: float
-) -> Windows:
+def windows_up_to(seconds: float, recordings: Recordings, model: Model, step: float) -> Windows:
     """Windows of `seconds`, or of half that and so on until a good part of the data holds them.
 
     Raises:
@@ -171,8 +167,5 @@ def _budget(prediction: errors.Prediction) -> dict:
         return {'explained': 1.0, 'unexplained': 0.0, 'noise': 0.0}
     noise_share = float((floor[moved] / whole[moved]).mean())
     missed = float(((error - floor)[moved] / whole[moved]).mean())
-    return {
-        'explained': max(0.0, 1.0 - missed - noise_share),
-        'unexplained': missed,
-        'noise': noise_share,
-    }
+    explained = max(0.0, 1.0 - missed - noise_share)
+    return {'explained': explained, 'unexplained': missed, 'noise': noise_share}

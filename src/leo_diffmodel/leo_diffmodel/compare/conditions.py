@@ -53,7 +53,7 @@ def conditions(
     of_feet = None if pressed is None else phases(model.robot, pressed, windows.held)
     found: list[Condition] = []
     for j in range(len(model.robot.joint_names)):
-        for name, unit, values in _ranges(windows, model, load, j):
+        for name, unit, values in _ranges(windows, model.robot, load, j):
             found += [Condition(j, name, unit, *b) for b in bands(values, most)]
         words = {'direction': _direction(windows, j), 'motor': _motor(windows, model, j)}
         words |= {} if of_feet is None else {'phase': of_feet[j]}
@@ -82,16 +82,13 @@ def bands(values: Array, most: int = COMPARE.most_bins) -> list[tuple[tuple[floa
     if len(edges) < 3:
         edges = np.linspace(values.min(), values.max(), 3)
     index = np.clip(np.searchsorted(edges, values, side='right') - 1, 0, len(edges) - 2)
-    return [
-        ((float(low), float(high)), index == b)
-        for b, (low, high) in enumerate(itertools.pairwise(edges))
-    ]
+    ends = enumerate(itertools.pairwise(edges))
+    return [((float(low), float(high)), index == b) for b, (low, high) in ends]
 
 
 def _ranges(
-    windows: Windows, model: Model, load: Array, j: int
+    windows: Windows, robot: Robot, load: Array, j: int
 ) -> Iterator[tuple[str, str, Array]]:
-    robot = model.robot
     name = robot.joint_names[j]
     yield 'speed', f'{length_unit(robot, name)}/s', np.abs(windows.dq[..., j].mean(axis=1))
     yield 'load', torque_unit(robot, name), load[:, j]
@@ -168,10 +165,8 @@ def phases(robot: Robot, pressed: Array, held: Array) -> list[Array]:
     (W,).
     """
     links = [contact.link for contact in robot.contacts]
-    on = np.stack(
-        [pressed[..., [link == foot for link in links]].any(axis=-1) for foot in robot.feet],
-        axis=-1,
-    )
+    feet = [pressed[..., [link == foot for link in links]].any(axis=-1) for foot in robot.feet]
+    on = np.stack(feet, axis=-1)
     elsewhere = pressed[..., [link not in robot.feet for link in links]].any(axis=(1, 2))
     below = [_feet_below(robot, name) for name in robot.joint_names]
     words = [_of_leg(on, feet[0]) if len(feet) == 1 else _of_all(on) for feet in below]

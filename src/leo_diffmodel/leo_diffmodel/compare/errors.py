@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from leo_diffmodel.bags.episode import sample_period
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.noise import of_inputs
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.settings import COMPARE
@@ -80,7 +79,7 @@ def state_names(model: Model) -> list[dict]:
     ]
 
 
-def step_seconds(recordings: Sequence[Recording], step: float | None = None) -> float:
+def step_seconds(recordings: Recordings, step: float | None = None) -> float:
     """One step [s]: as given, else the median command period, or the sample period without one.
 
     Raises:
@@ -105,7 +104,7 @@ def has_memory(model: Model) -> bool:
 
 
 def horizon_windows(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     seconds: float,
     most: int | None = None,
@@ -161,27 +160,25 @@ def _of_square(square: Array) -> dict:
     }
 
 
-def observation_mse(
-    model: Model, prediction: Prediction, step: float
-) -> tuple[float, float] | None:
+def observation_mse(model: Model, made: Prediction, step: float) -> tuple[float, float] | None:
     """Mean squared one-step error over the observation of a robot (thesis Table 7), and its floor.
 
     None for a robot without an observation.
     """
     if not model.robot.observation:
         return None
-    at, joints = _at(prediction, step), prediction.windows.q.shape[-1]
+    at, joints = _at(made, step), made.windows.q.shape[-1]
 
     def seen(states: Array) -> Array:
         return observation(model.robot, states[..., :joints], states[..., joints:])
 
-    expected = at.of(prediction.predicted)
+    expected = at.of(made.predicted)
     moves = np.concatenate([np.zeros((1, 2 * joints)), COMPARE.state_step * np.eye(2 * joints)])
     moved = seen(expected + moves[:, None, :])
     slope = np.clip((moved[1:] - moved[0]) / COMPARE.state_step, -1.0, 1.0)  # none is steeper
-    variance = np.moveaxis(at.of(prediction.floor), -1, 0)[..., None]
+    variance = np.moveaxis(at.of(made.floor), -1, 0)[..., None]
     return (
-        float(((seen(at.of(prediction.windows.measured)) - seen(expected)) ** 2).mean()),
+        float(((seen(at.of(made.windows.measured)) - seen(expected)) ** 2).mean()),
         float((slope**2 * variance).sum(axis=0).mean()),
     )
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 import datetime
 import hashlib
@@ -14,7 +14,7 @@ import platform
 import shlex
 import sys
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Quantity
@@ -22,7 +22,7 @@ from leo_sim.description.constants import checked, Constant
 from leo_sim.model import Model
 
 
-def with_known(model: Model, recordings: Sequence[Recording]) -> Model:
+def with_known(model: Model, recordings: Recordings) -> Model:
     """The model with the constants that recordings know of themselves, in place of its own.
 
     What a recording knows is not refitted in it, also where the model calls it uncertain.
@@ -43,7 +43,7 @@ def with_known(model: Model, recordings: Sequence[Recording]) -> Model:
 
 
 def _taken(
-    model: Model, recordings: Sequence[Recording]
+    model: Model, recordings: Recordings
 ) -> tuple[dict[str, dict[str, float]], dict[str, Constant]]:
     """Constants by path and recording, and those of the robot that say where they are known.
 
@@ -64,11 +64,7 @@ def _taken(
 
 def _agreed(own: Mapping[str, Mapping[str, float]], count: int) -> list[str]:
     """Constants that all `count` recordings know to be the same: one value serves them all."""
-    return [
-        path
-        for path, values in own.items()
-        if len(values) == count and len(set(values.values())) == 1
-    ]
+    return [p for p, v in own.items() if len(v) == count and len({*v.values()}) == 1]
 
 
 def _constant(model: Model, recording: Recording, path: str, value: float) -> Constant:
@@ -82,7 +78,7 @@ def _constant(model: Model, recording: Recording, path: str, value: float) -> Co
     return known
 
 
-def _apart(recordings: Sequence[Recording]) -> None:
+def _apart(recordings: Recordings) -> None:
     seen: dict[str, Recording] = {}
     for recording in recordings:
         if first := seen.get(recording.name):
@@ -96,7 +92,7 @@ def _apart(recordings: Sequence[Recording]) -> None:
 PACKAGES = ('leo_sim', 'leo_diffmodel', 'numba', 'numpy', 'scipy')
 
 
-def provenance(recordings: Sequence[Recording], model: Model) -> dict:
+def provenance(recordings: Recordings, model: Model) -> dict:
     """Bags with their hashes, the model, versions, the command line and the date."""
     return {
         'bags': [_bag(r) for r in recordings],

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import gammaincinv
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.pushes import (
     flat_and_ramp,
     nearer,
@@ -27,7 +27,7 @@ Array = np.ndarray
 HISTORY = COMPARE.history  # what windows keep before them [s]
 
 
-def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
+def short_windows(recordings: Recordings) -> list[Windows]:
     """The short windows of each recording that its noise is read from.
 
     Raises:
@@ -116,9 +116,8 @@ def _read(residual: Array, columns: Array, quantile: float) -> Array:
     """Noise of each channel in the residuals less what the columns explain, shape (2J,)."""
     joints = residual.shape[-1] // 2
     angle, sigma = np.arange(2 * joints) < joints, residual.std(axis=(0, 1)) + 1e-9
-    sigma[angle] = _rounds(
-        residual[..., angle], columns[..., angle, :], sigma[angle], quantile, angle[angle]
-    )
+    of_angles = residual[..., angle], columns[..., angle, :], sigma[angle]
+    sigma[angle] = _rounds(*of_angles, quantile, angle[angle])
     return _rounds(residual, columns, sigma, quantile, ~angle)
 
 

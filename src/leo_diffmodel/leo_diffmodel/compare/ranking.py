@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.comparison import enough, windows_up_to
@@ -40,7 +40,7 @@ class _Scored:
 
 
 def rank(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     models: Mapping[str, Model],
     step: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
@@ -91,14 +91,14 @@ def _same_robot(models: Mapping[str, Model]) -> None:
             )
 
 
-def _saw(model: Model, recordings: Sequence[Recording]) -> bool:
+def _saw(model: Model, recordings: Recordings) -> bool:
     """Whether the model's history says that it was fitted to one of these bags."""
     hashes = {bag.get('sha256') for entry in model.history for bag in entry.get('bags', ())}
     return any(recording.sha256 in hashes for recording in recordings)
 
 
 def half_seconds(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     models: Mapping[str, Model],
     step: float | None,
     progress: Callable[[str], None],
@@ -118,7 +118,7 @@ def half_seconds(
     return windows, np.min(found, axis=0)
 
 
-def _held(windows: Windows, blocks: Blocks, recordings: Sequence[Recording]) -> Windows:
+def _held(windows: Windows, blocks: Blocks, recordings: Recordings) -> Windows:
     held = blocks.held(windows)
     if not held.any():
         raise UserError(

@@ -83,7 +83,7 @@ def push_scale(robot: Robot) -> np.ndarray:
 def gravity_scale(robot: Robot) -> float:
     """The largest weight of a moving link times its extent [N m]; never 0."""
     links = robot.moving_links
-    return _gravity(robot) * max(_mass(robot, link) * _extent(robot, link) for link in links)
+    return _gravity(robot) * max(_body(robot, n)['mass'] * _extent(robot, n) for n in links)
 
 
 def inertia_scale(robot: Robot) -> float:
@@ -96,21 +96,14 @@ def reach(robot: Robot) -> float:
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
         stop = max(map(abs, joint.limits)) if joint.name in robot.slides else 0.0
-        far[joint.child] = (
-            far[joint.parent]
-            + float(np.linalg.norm(joint.translation))
-            + (stop if math.isfinite(stop) else 0.0)
-        )
+        way = far[joint.parent] + float(np.linalg.norm(joint.translation))
+        far[joint.child] = way + (stop if math.isfinite(stop) else 0.0)
     return max(far[joint.child] + _extent(robot, joint.child) for joint in robot.joints)
 
 
 def mass_scale(robot: Robot) -> float:
     """Mass of the heaviest moving link [kg]."""
-    return max(_mass(robot, link) for link in robot.moving_links)
-
-
-def _mass(robot: Robot, link: str) -> float:
-    return robot.constants[f'links.{link}.mass'].value
+    return max(_body(robot, link)['mass'] for link in robot.moving_links)
 
 
 def _strongest(robot: Robot, joints: list[str]) -> float:

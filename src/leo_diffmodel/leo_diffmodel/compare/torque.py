@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from leo_diffmodel.bags.episode import sample_period
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.conditions import carrying
 from leo_diffmodel.compare.errors import has_memory
@@ -53,7 +53,7 @@ class MissingTorque:
         return replace(at_rows(self, index), windows=self.windows.take(index))
 
 
-def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:
+def missing_torque(recordings: Recordings, model: Model, sigma: Array) -> MissingTorque:
     """The missing torque over short windows.
 
     Windows in which no torque would show are left out (a joint that dry friction holds still),
@@ -63,7 +63,7 @@ def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) 
     return trusted(estimate(model, windows, sigma), model)
 
 
-def torque_windows(recordings: Sequence[Recording], model: Model, history: float) -> Windows:
+def torque_windows(recordings: Recordings, model: Model, history: float) -> Windows:
     """Short windows next to each other, `history` [s] before each; on the ground some of them.
 
     ValueError where no episode holds one.
@@ -90,7 +90,7 @@ def trusted(found: MissingTorque, model: Model) -> MissingTorque:
     return replace(found.take(kept), untrusted=float(1.0 - sure.mean()))
 
 
-def window_seconds(recordings: Sequence[Recording]) -> float:
+def window_seconds(recordings: Recordings) -> float:
     """How long the windows are in which a torque is estimated [s]: five samples at least."""
     return max(COMPARE.torque_intervals * sample_period(recordings), COMPARE.torque_seconds)
 
@@ -144,7 +144,7 @@ def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> Miss
 
 
 def lacking_and_supposed(
-    recordings: Sequence[Recording], model: Model, others: Mapping[str, Model], sigma: Array
+    recordings: Recordings, model: Model, others: Mapping[str, Model], sigma: Array
 ) -> tuple[MissingTorque, dict[str, Array]]:
     """What a model lacks, in windows as many as a page can draw, each with a past.
 
@@ -164,11 +164,8 @@ def in_parts(
     for first in range(0, windows.count, most):
         parts.append(work(windows.take(np.arange(first, min(first + most, windows.count)))))
         yield False
-    whole: dict[str, Any] = {
-        f.name: np.concatenate([getattr(part, f.name) for part in parts])
-        for f in fields(MissingTorque)
-        if isinstance(getattr(parts[0], f.name), np.ndarray)
-    }
+    arrays = [name for name, value in vars(parts[0]).items() if isinstance(value, np.ndarray)]
+    whole: dict[str, Any] = {n: np.concatenate([getattr(p, n) for p in parts]) for n in arrays}
     return replace(parts[0], windows=windows, **whole)
 
 

@@ -44,11 +44,8 @@ def where(missing: MissingTorque, model: Model) -> Where:
     missing = missing.take(np.flatnonzero(~single.any(axis=1)))
     excess = _excess(missing)
     total = max(float(excess.sum()), np.sqrt(excess.size))
-    joints = [
-        _part(missing, model.robot, excess, total, j, np.full(len(missing.time), True))
-        for j in range(len(model.robot.joint_names))
-        if missing.seen[:, j].any()
-    ]
+    shown, always = np.flatnonzero(missing.seen.any(axis=0)), np.full(len(missing.time), True)
+    joints = [_part(missing, model.robot, excess, total, int(j), always) for j in shown]
     rows = [
         _row(missing, model.robot, excess, total, condition)
         for condition in conditions(missing.windows, model, pressed=missing.carrying)
@@ -160,21 +157,18 @@ def _median(values: Array, missing: MissingTorque) -> Array:
     return np.array([np.median(c) if c.size else 1.0 for c in shown])
 
 
-def _row(
-    missing: MissingTorque, robot: Robot, excess: Array, total: float, condition: Condition
-) -> dict:
-    j, inside = condition.joint, condition.inside
+def _row(missing: MissingTorque, robot: Robot, excess: Array, total: float, at: Condition) -> dict:
+    j, inside = at.joint, at.inside
     windows = missing.windows
-    worst = np.flatnonzero(inside)[np.argsort(-np.abs(missing.torque[inside, j]))][
-        : COMPARE.worst_windows
-    ]
+    largest = np.argsort(-np.abs(missing.torque[inside, j]))[: COMPARE.worst_windows]
+    worst = np.flatnonzero(inside)[largest]
     scatter = float(np.sqrt(inside.sum()) * excess[inside, j].std()) / total
     return {
         **_part(missing, robot, excess, total, j, inside),
-        'variable': condition.variable,
-        'bin': condition.bin if isinstance(condition.bin, str) else list(condition.bin),
-        'unit': condition.unit,
-        'bag': condition.bag,
+        'variable': at.variable,
+        'bin': at.bin if isinstance(at.bin, str) else list(at.bin),
+        'unit': at.unit,
+        'bag': at.bag,
         'share_error': scatter,
         'data_share': float(inside.mean()),
         'windows': windows.spans[worst].tolist(),

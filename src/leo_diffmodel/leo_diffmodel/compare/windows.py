@@ -10,11 +10,12 @@ import numpy as np
 
 from leo_diffmodel.bags.episode import sample_period
 from leo_diffmodel.bags.held import mean_held
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Episode, Recording, Recordings
 from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.settings import COMPARE
 
 Array = np.ndarray
+Piece = tuple[Episode, int, int]  # where a window begins, and the number of its recording
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,7 @@ class Windows:
 
 
 def cut(
-    recordings: Sequence[Recording],
-    seconds: float,
-    *,
-    stride: float | None = None,
-    history: float = 0.0,
+    recordings: Recordings, seconds: float, *, stride: float | None = None, history: float = 0.0
 ) -> Windows:
     """Windows of about `seconds`, none across an episode's end, `stride` [s] from start to start.
 
@@ -88,18 +85,14 @@ def cut(
     return _stack(pieces, count, past, recordings)
 
 
-def _pieces(
-    recordings: Sequence[Recording], count: int, skip: int, past: int
-) -> Iterator[tuple[Episode, int, int]]:
+def _pieces(recordings: Recordings, count: int, skip: int, past: int) -> Iterator[Piece]:
     for source, recording in enumerate(recordings):
         for episode in recording.episodes:
             for first in range(past, len(episode.t) - count, skip):
                 yield episode, first, source
 
 
-def _stack(
-    pieces: list[tuple[Episode, int, int]], count: int, past: int, recordings: Sequence[Recording]
-) -> Windows:
+def _stack(pieces: list[Piece], count: int, past: int, recordings: Recordings) -> Windows:
     def rows(name: str, first: int, last: int) -> Array:
         return np.stack([getattr(e, name)[i + first : i + last] for e, i, _ in pieces])
 
@@ -139,7 +132,7 @@ def per_window(sigma: Array, windows: Windows) -> Array:
     return sigma.reshape(len(sigma), -1, sigma.shape[-1])[windows.source]
 
 
-def thin(recordings: Sequence[Recording]) -> list[Recording]:
+def thin(recordings: Recordings) -> list[Recording]:
     """The recordings with every n-th state, as near as that comes to the period of the slowest.
 
     The common period is 5 ms to 10 ms, since a search costs in proportion to the samples. States
@@ -150,13 +143,13 @@ def thin(recordings: Sequence[Recording]) -> list[Recording]:
     return [every(r, [max(1, round(period / e.period)) for e in r.episodes]) for r in recordings]
 
 
-def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
+def at_one_rate(recordings: Recordings) -> Recordings:
     """As they are, or thinned where one is sampled half as often again as another."""
     steps = _periods(recordings) or [0.0]
     return thin(recordings) if max(steps) > COMPARE.rates_apart * min(steps) else recordings
 
 
-def _periods(recordings: Sequence[Recording]) -> list[float]:
+def _periods(recordings: Recordings) -> list[float]:
     """Median time between states of each episode that is long enough to have one [s]."""
     episodes = (e for r in recordings for e in r.episodes)
     return [e.period for e in episodes if len(e.t) >= COMPARE.fewest_samples]

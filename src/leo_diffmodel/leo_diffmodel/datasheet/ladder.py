@@ -74,9 +74,7 @@ class Ladder:
         return all(self.weight.supports(s, scored, self.limit) for s in lower)
 
 
-def climb(
-    fits: Smooth, rich: Estimate, pool: Mapping[str, Candidate], progress: Progress
-) -> Ladder:
+def climb(fits: Smooth, rich: Estimate, pool: Mapping[str, Candidate], report: Progress) -> Ladder:
     """Fit each law with the other effects of `rich`, a hypothesis that holds friction of any kind.
 
     The chosen law and its rivals are brought to the least loss that several starts find.
@@ -86,7 +84,7 @@ def climb(
     while level := [r for r in RUNGS if r.on in at and r.name not in at and r.effect in pool]:
         points = [(at[r.on], pool[r.effect]) for r in level]
         work = partial(_above, fits, rich.fit)
-        found = trials.spread(work, points, lambda p: progress(p[1].label))
+        found = trials.spread(work, points, lambda p: report(p[1].label))
         for rung, (below, candidate), fitted in zip(level, points, found, strict=True):
             own = below.fit.hypothesis.with_candidate(candidate)  # not another process' copy
             at[rung.name] = below._replace(fit=replace(fitted, hypothesis=own))
@@ -96,8 +94,8 @@ def climb(
         rough = next((name for name in leading if at[name].fit.certificate is None), None)
         if rough is None:
             return ladder
-        at[rough] = fits.finished(at[rough], [at[rough].fit.hypothesis.neutral], progress)
-        progress(f'friction: {rough}')
+        at[rough] = fits.finished(at[rough], [at[rough].fit.hypothesis.neutral], report)
+        report(f'friction: {rough}')
 
 
 def _compared(fits: Smooth, at: Mapping[str, Estimate]) -> Ladder:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.sizes import inertia_scale
 from leo_diffmodel.datasheet.ladder import added, better, climb, Ladder
@@ -65,7 +65,7 @@ class Measured:
 
 
 def measure(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     joint: str,
     extra: Sequence[Effect] = (),
@@ -82,11 +82,8 @@ def measure(
     data, notes = _usable(recordings, model)
     posed, reporter = _posed(data, model), Reporter.of(progress)
     fits = Smooth(posed, scales_of(model, posed.problem.windows))
-    pool = [
-        limited(c, model, posed.problem.grids)
-        for c in seen(model, data, extra)
-        if is_of_motor(c, joint, model.robot)
-    ]
+    able = (c for c in seen(model, data, extra) if is_of_motor(c, joint, model.robot))
+    pool = [limited(c, model, posed.problem.grids) for c in able]
     rich = _rich(fits, pool, reporter)
     friction = {c.effect.name: c for c in pool if c.effect.name in FRICTION}
     after, own = posed.problem.numerics.starting, any(e.source for e in extra)
@@ -132,7 +129,7 @@ def is_of_motor(candidate: Candidate, joint: str, robot: Robot) -> bool:
     return here and effect.hook not in ('body', 'ground') and effect.name not in same
 
 
-def _usable(recordings: Sequence[Recording], model: Model) -> tuple[list[Recording], list[str]]:
+def _usable(recordings: Recordings, model: Model) -> tuple[list[Recording], list[str]]:
     log = Logged.of(recordings, (), model, mend=False, by_torques=True)
     if log.in_the_way:
         said, todo = log.answer
@@ -141,7 +138,7 @@ def _usable(recordings: Sequence[Recording], model: Model) -> tuple[list[Recordi
     return cut.thinned[0], [*(f.what for f in log.faults), *cut.notes]
 
 
-def _posed(data: Sequence[Recording], model: Model) -> Posed:
+def _posed(data: Recordings, model: Model) -> Posed:
     try:
         posed = pose(data, (), model)
     except ValueError as error:

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.torque import lacking_and_supposed
 from leo_diffmodel.datasheet.measure import Measured
 from leo_diffmodel.datasheet.words import errors_in_words, figures, friction, values_of
@@ -17,13 +17,10 @@ from leo_diffmodel.report.text import nats, source
 USUAL = 'Coulomb, viscous'  # the law that most simulators have, drawn beside the chosen one
 
 
-def sheet_page(data: Mapping[str, Any], found: Measured, recordings: Sequence[Recording]) -> str:
+def sheet_page(data: Mapping[str, Any], found: Measured, recordings: Recordings) -> str:
     """The page of a datasheet.json."""
-    sections = [
-        _tables(data),
-        _torque(found, recordings),
-        origin.section(data['provenance'], recordings, data['seconds']),
-    ]
+    end = origin.section(data['provenance'], recordings, data['seconds'])
+    sections = [_tables(data), _torque(found, recordings), end]
     title = f'{data["robot"]}, motor at {data["joint"]}: data sheet'
     return render(title, source(recordings), sections)
 
@@ -50,7 +47,7 @@ def _tables(data: Mapping[str, Any]) -> Section:
     return Section('datasheet.html', values)
 
 
-def _torque(found: Measured, recordings: Sequence[Recording]) -> Section:
+def _torque(found: Measured, recordings: Recordings) -> Section:
     """The torque that the motor without friction lacks, and what the laws make of it."""
     bare, sigma = found.held.model(found.ladder.without), found.posed.problem.sigma
     drawn = {found.ladder.chosen[0].name, *(r.name for r in found.ladder.rivals), USUAL}

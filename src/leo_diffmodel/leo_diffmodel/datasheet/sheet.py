@@ -99,12 +99,8 @@ def _not_known(fitted: Fit) -> Iterator[dict[str, Any]]:
         if not wide or name.startswith('sensors.'):
             continue
         other = int(np.argmax(np.abs(alike[i])))
-        traded = abs(alike[i, other]) > TOGETHER
-        yield {
-            'name': name,
-            'ci95': [low, high],
-            'exchanged_with': names[other] if traded else None,
-        }
+        traded = names[other] if abs(alike[i, other]) > TOGETHER else None
+        yield {'name': name, 'ci95': [low, high], 'exchanged_with': traded}
 
 
 def _names(fitted: Fit) -> list[str]:
@@ -115,10 +111,8 @@ def _names(fitted: Fit) -> list[str]:
 
 def _effects(fitted: Fit, friction: bool) -> list[dict[str, Any]]:
     """Rows of those effects that are friction, or of the others."""
-    candidates = enumerate(fitted.hypothesis.candidates)
-    return [
-        effect_row(fitted, i) for i, c in candidates if (c.effect.name in FRICTION) == friction
-    ]
+    each = enumerate(fitted.hypothesis.candidates)
+    return [effect_row(fitted, i) for i, c in each if (c.effect.name in FRICTION) == friction]
 
 
 def _units(found: Measured) -> list[str]:

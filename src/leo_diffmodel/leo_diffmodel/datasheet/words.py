@@ -34,11 +34,8 @@ def _conditions(data: Data) -> Iterator[tuple[str, str, str]]:
                 first, last, least, most = (
                     quantity(span[key], span['unit']) for key in ('first', 'last', 'least', 'most')
                 )
-                yield (
-                    f'{name} in {row["bag"]}',
-                    f'{first} to {last}',
-                    f'from {least} to {most} meanwhile',
-                )
+                meanwhile = f'from {least} to {most} meanwhile'
+                yield f'{name} in {row["bag"]}', f'{first} to {last}', meanwhile
 
 
 def _unknown(row: Data) -> str:
@@ -56,9 +53,8 @@ def friction(data: Data) -> str:
     """The law that the data ask for, its values, and what is as good."""
     chosen = data['friction']
     values = '; '.join(values_of(chosen['effects'])) or 'no friction beyond the robot file'
-    rivals = [
-        f'{r["law"]} ({r["verdict"]})' for r in data['ladder'] if r['law'] in chosen['rivals']
-    ]
+    good = (row for row in data['ladder'] if row['law'] in chosen['rivals'])
+    rivals = [f'{row["law"]} ({row["verdict"]})' for row in good]
     also = f' These data do not rule out: {", ".join(rivals)}.' if rivals else ''
     return f'{chosen["law"]}: {values}.{also}'
 

@@ -68,7 +68,9 @@ def balance(flow: Flow, j: int) -> Balance | None:
         moving = {k: v[fitted] for k, v in (rest | _motor(flow, motor, late)).items()}
         return {k: v for k, v in moving.items() if np.abs(v).max() > 1e-12}
 
-    losses = {late: _loss(columns(late), target[fitted]) for late in _delays(motor)}
+    reach = round(LIMITS.latest / LIMITS.late_grid) if np.abs(motor).max() > 1e-12 else 0
+    delays = LIMITS.late_grid * np.arange(-reach, reach + 1)
+    losses = {late: _loss(columns(late), target[fitted]) for late in delays}
     late = min(losses, key=losses.__getitem__)
     found = _fitted(flow, fitted, target[fitted], columns(late))
     if 'late' not in found.figures:
@@ -79,9 +81,8 @@ def balance(flow: Flow, j: int) -> Balance | None:
         found = _fitted(flow, fitted, target[fitted], columns(late))
     least, most = FAULTS['input_late'].harmless
     good = min(size for at, size in losses.items() if least <= at <= most)
-    return replace(
-        found, figures={**found.figures, 'late': _seconds(found, late)}, gained=losses[late] / good
-    )
+    figures = {**found.figures, 'late': _seconds(found, late)}
+    return replace(found, figures=figures, gained=losses[late] / good)
 
 
 def _seconds(found: Balance, shift: float) -> Figure:
@@ -99,11 +100,6 @@ def _columns(flow: Flow, j: int) -> dict[str, Array]:
     across = np.zeros_like(load) if slides else model.rigid.load(turned)[:, j]
     constant = np.ones_like(load)
     return {'weight': load, 'across': across, **losses(flow, j), 'constant': constant}
-
-
-def _delays(motor: Array) -> Array:
-    count = round(LIMITS.latest / LIMITS.late_grid) if np.abs(motor).max() > 1e-12 else 0
-    return LIMITS.late_grid * np.arange(-count, count + 1)
 
 
 def _motor(flow: Flow, motor: Array, late: float) -> dict[str, Array]:
@@ -137,11 +133,8 @@ def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Bala
     sd = _spread(a, weight * left, inverse, flow, fitted) / size
     rms = float(np.sqrt((weight * left**2).sum() / weight.sum()))
     worst = rms * np.sqrt(np.maximum(inverse.diagonal(), 0) * weight.sum()) / size
-    figures = {
-        name: Figure(float(v), float(s), float(w))
-        for name, v, s, w in zip(used, amounts / size, sd, worst, strict=True)
-        if name in GIVEN
-    }
+    each = zip(used, amounts / size, sd, worst, strict=True)
+    figures = {n: Figure(float(v), float(s), float(w)) for n, v, s, w in each if n in GIVEN}
     whole = max(float(np.sqrt((y**2).mean())), 1e-300)
     shares = {name: abs(float(v)) / whole for name, v in zip(used, amounts, strict=True)}
     return Balance(figures, shares)

@@ -238,13 +238,4 @@ def _alike(weight: Figure, motor: Figure) -> bool:
 
 
 def _found(name: str, joint: str, figure: Figure, what: str) -> Found:
-    return Found(
-        name,
-        ERROR,
-        what,
-        joint=joint,
-        value=figure.value,
-        sd=figure.sd,
-        evidence='balance',
-        worst=figure.worst,
-    )
+    return Found(name, ERROR, what, joint=joint, evidence='balance', **vars(figure))

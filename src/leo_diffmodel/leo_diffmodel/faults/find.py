@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.faults.catalogue.speed import unfiltered
 from leo_diffmodel.faults.dynamics import dynamic_faults
@@ -25,9 +25,7 @@ from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
 
-def find_faults(
-    recordings: Sequence[Recording], model: Model, by_torques: bool = True
-) -> list[Found]:
+def find_faults(recordings: Recordings, model: Model, by_torques: bool = True) -> list[Found]:
     """What is wrong with the logs of one robot, errors first.
 
     `by_torques` asks the balance of torques, too: not where laws that nobody knows act.
@@ -41,7 +39,7 @@ def _of_this_log_alone(found: Found) -> Found:
     return replace(found, severity=WARNING, what=f'{found.what}, in this log alone')
 
 
-def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
+def _contradicted(found: Found, recordings: Recordings) -> bool:
     """Whether another log of the joint has the right unit, and this one is less than twice off.
 
     That comes from motion between the samples: where feet rattle, sampled speeds are no means.

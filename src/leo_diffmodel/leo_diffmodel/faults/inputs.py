@@ -25,8 +25,9 @@ def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found 
     """
     enough = (seen.moving > LIMITS.moving).sum(axis=0) >= LIMITS.fewest_instants
     joints = [j for j in map(recording.joints.index, driven) if enough[j]]
-    odd = [j for j in joints if _unexplained(seen, j, j) > LIMITS.odd]
-    pairs = [(j, k) for j in odd for k in joints if k != j and _may_be(seen, j, k)]
+    own = {j: _unexplained(seen, j, j) for j in joints}
+    most = {j: LIMITS.own * left for j, left in own.items() if left > LIMITS.odd}
+    pairs = [(j, k) for j in most for k in joints if k != j and _unexplained(seen, j, k) < most[j]]
     best = min(pairs, key=lambda p: mean(_swapped(seen, *p)), default=None)
     if best is None:
         return None
@@ -47,15 +48,10 @@ def _own(seen: Flow, j: int) -> Array:
     return min((misses(seen, j, Reading(sign)) for sign in (1.0, -1.0)), key=mean)
 
 
-def _may_be(seen: Flow, j: int, k: int) -> bool:
-    return _unexplained(seen, j, k) < LIMITS.own * _unexplained(seen, j, j)
-
-
 def _swapped(seen: Flow, j: int, k: int) -> Array:
     """What both joints miss of each other's input, as a share of it, (2, B)."""
-    return np.array(
-        [misses(seen, a, Reading(column=b)) / _size(seen, a, b) for a, b in ((j, k), (k, j))]
-    )
+    pairs = (j, k), (k, j)
+    return np.array([misses(seen, a, Reading(column=b)) / _size(seen, a, b) for a, b in pairs])
 
 
 def _size(seen: Flow, j: int, k: int) -> float:
@@ -91,11 +87,8 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
         a = recording.actuators.index(joint)
         zero = [e.inputs[:, a] == 0 for e in recording.episodes]
         share = float(np.concatenate(zero).mean())
-        spans = [
-            (float(e.t[rows[0]]), float(e.t[rows[-1]]))
-            for e, none in zip(recording.episodes, zero, strict=True)
-            for rows in runs(none)
-        ]
+        both = zip(recording.episodes, zero, strict=True)
+        spans = [(float(e.t[r[0]]), float(e.t[r[-1]])) for e, none in both for r in runs(none)]
         what = (
             f'the input of {joint} is logged as 0 in {share:.0%} of the rows, and what moves it '
             f"then is as large as a motor's"

@@ -57,9 +57,8 @@ def relate(recording: Recording, j: int) -> Relation | None:
     if recording.rates != 'measured':
         return None
     parts = _stretches(recording, j)
-    if not parts or not all(
-        np.ptp(np.concatenate([getattr(p, n) for p in parts])) > 0 for n in ('q', 'dq')
-    ):
+    channels = (np.concatenate([getattr(p, n) for p in parts]) for n in ('q', 'dq'))
+    if not parts or not all(np.ptp(channel) > 0 for channel in channels):
         return None
     motion = Motion(parts)
     if not all(motion.signals > LIMITS.signal):
@@ -119,11 +118,8 @@ def _scales(relation: Relation, joint: str) -> Iterator[Found]:
 
 def _zero(relation: Relation, joint: str, unit: str) -> Iterator[Found]:
     zero, sd = relation.law.of('zero')
-    most = max(
-        FAULTS['speed_zero'].harmless[1] * relation.speed * abs(relation.law.theta[0]),
-        relation.grain,
-    )
-    if abs(zero) > most + LIMITS.shows * sd:
+    most = FAULTS['speed_zero'].harmless[1] * relation.speed * abs(relation.law.theta[0])
+    if abs(zero) > max(most, relation.grain) + LIMITS.shows * sd:
         figure = f'{zero:.3g} ± {LIMITS.sigmas * sd:.1g} {unit}'
         what = f'the logged speed of {joint} is {figure} where it stands'
         yield _found('speed_zero', ERROR, what, joint=joint, value=zero, sd=sd)

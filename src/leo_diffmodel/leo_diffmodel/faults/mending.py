@@ -14,7 +14,7 @@ import numpy as np
 from leo_diffmodel.bags.arrays import Run
 from leo_diffmodel.bags.episode import kept, merged
 from leo_diffmodel.bags.mend import mended as by_map
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.settings import LIMITS
@@ -87,7 +87,7 @@ def pooled(faults: Sequence[Found]) -> list[Found]:
     return sorted((_one(list(g)) for _, g in groups), key=lambda f: not f.error)
 
 
-def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list[Recording]:
+def all_mended(recordings: Recordings, faults: Sequence[Found]) -> list[Recording]:
     """Each recording without the errors that can be undone.
 
     What a log itself shows is mended in the logs that show it, with the value of all of them; what
@@ -119,9 +119,5 @@ def _one(group: Sequence[Found]) -> Found:
     bags = len({f.bag for f in sure})
     others = 'log' if bags == 2 else 'logs'
     more = f' (and in {bags - 1} other {others})' if bags > 1 else ''
-    return replace(
-        first,
-        value=value,
-        sd=float((spread**-2).sum() ** -0.5) if bags > 1 else first.sd,
-        what=first.what + more,
-    )
+    sd = float((spread**-2).sum() ** -0.5) if bags > 1 else first.sd
+    return replace(first, value=value, sd=sd, what=first.what + more)

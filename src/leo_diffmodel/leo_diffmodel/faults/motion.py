@@ -79,9 +79,7 @@ class Motion:
     def __init__(self, parts: Sequence[Channels]) -> None:
         self.parts = [p._replace(q=p.q - p.q.mean()) for p in parts]
         self.period = float(np.median(np.concatenate([np.diff(p.t) for p in parts])))
-        self.q, self.dq = (
-            np.concatenate([getattr(p, n) for p in self.parts]) for n in ('q', 'dq')
-        )
+        _, self.q, self.dq = map(np.concatenate, zip(*self.parts, strict=True))
         self.knots, self.count = _knots(self.parts, LIMITS.knots * self.period)
         self.block = _blocks(self.parts)
         self.sigma = np.array([_noise(self.parts, n) for n in ('q', 'dq')])
@@ -129,7 +127,7 @@ class Motion:
         return None
 
     def _point(self, theta: Array, weight: Array, index: Sequence[int]) -> _Point:
-        rest, slope = self._linearised(theta, weight, index)
+        rest, slope = self._linear(theta, weight, index)
         return _Point(theta, huber_weight(rest, TINY, LIMITS.motion_huber), rest, slope)
 
     def _law(self, at: _Point, index: Sequence[int]) -> Law:
@@ -161,25 +159,19 @@ class Motion:
         rows = Rows.stacked([(1 / sq) * angle, (theta[0] / sw) * speed])
         return rows, np.r_[self.q / sq, (self.dq - theta[3]) / sw]
 
-    def _linearised(
-        self, theta: Array, weight: Array, index: Sequence[int]
-    ) -> tuple[Array, Array]:
+    def _linear(self, theta: Array, weight: Array, index: Sequence[int]) -> tuple[Array, Array]:
         """What the best spline leaves over (2N,), and its change with the parameters (2N, P)."""
         (rows, y), root = self._whitened(theta), np.sqrt(weight)
         weighted = root * rows
         spline = solved(weighted, self.count, (root * y)[:, None])[:, 0]
         _, speed, rate, change = self._rows(theta)
         sq, sw = self.sigma
-        none, one = np.zeros(len(self.q)), np.ones(len(self.q))
-        columns = np.stack(
-            [
-                np.r_[none, (speed @ spline) / sw],
-                np.r_[(change @ spline) / sq, none],
-                np.r_[(rate @ spline) / sq, none],
-                np.r_[none, one / sw],
-            ],
-            axis=1,
-        )[:, list(index)]
+        each = np.zeros((2, len(self.q), len(NAMES)))
+        each[1, :, 0] = (speed @ spline) / sw
+        each[0, :, 1] = (change @ spline) / sq
+        each[0, :, 2] = (rate @ spline) / sq
+        each[1, :, 3] = 1.0 / sw
+        columns = each.reshape(-1, len(NAMES))[:, list(index)]
         seen = solved(weighted, self.count, root[:, None] * columns)
         return y - rows @ spline, columns - np.stack([rows @ s for s in seen.T], axis=1)
 
@@ -190,9 +182,8 @@ class Motion:
         weighted = root * rows
         found = solved(weighted, self.count, np.column_stack([root * y, probes]))
         rest = root * (y - rows @ found[:, 0])
-        spent = np.mean(
-            [p * (weighted @ f) for p, f in zip(probes.T, found.T[1:], strict=True)], axis=0
-        )
+        each = [p * (weighted @ f) for p, f in zip(probes.T, found.T[1:], strict=True)]
+        spent = np.mean(each, axis=0)
         left = np.maximum((law.weight - spent).reshape(2, -1).sum(axis=1), 0.02 * len(self.q))
         sizes = np.sqrt((rest**2).reshape(2, -1).sum(axis=1) / left)
         least = LIMITS.floor * np.array([np.ptp(self.q), np.ptp(self.dq)]) + 1e-12

@@ -114,12 +114,8 @@ def _chosen(
     clear = [s for s in seen if s.half < LIMITS.clear]
     best = min(clear, key=lambda s: s.off, default=seen[0])
     first = best if seen[0].off - best.off > LIMITS.readings_apart else seen[0]
-    left = [
-        s
-        for s in seen
-        if s is not first
-        and (first.half >= LIMITS.clear or s.off - first.off < LIMITS.readings_apart + first.half)
-    ]
+    unsure, most = first.half >= LIMITS.clear, LIMITS.readings_apart + first.half
+    left = [s for s in seen if s is not first and (unsure or s.off - first.off < most)]
     return replace(first.found, otherwise=tuple(s.found.what for s in left))
 
 

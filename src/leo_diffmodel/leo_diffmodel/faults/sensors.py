@@ -56,14 +56,11 @@ def _frozen(recording: Recording) -> Iterator[Found]:
             f'{lost:.2f} s in all'
         )
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
-        value = _top(recording, joint) if name == 'clipped' else longest
+        rates = (e.dq[:, recording.joints.index(joint)] for e in recording.episodes)
+        top = max(float(np.abs(rate).max()) for rate in rates)
+        value = top if name == 'clipped' else longest
         error = lost > LIMITS.most_lost * sum(e.seconds for e in recording.episodes)
         yield _found(name, graded(error), what, where=spans, joint=joint, value=value)
-
-
-def _top(recording: Recording, joint: str) -> float:
-    j = recording.joints.index(joint)
-    return max(float(np.abs(e.dq[:, j]).max()) for e in recording.episodes)
 
 
 def _goal(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:

@@ -68,14 +68,9 @@ def dry_run(
     (episode,) = track.episodes
     finite = bool(np.isfinite(episode.q).all() and np.isfinite(episode.dq).all())
     hits = sorted([*_stops(robot, episode), *_ground(model, episode, held)]) if finite else []
-    period = robot.control_period
-    return DryRun(
-        _travels(robot, episode),
-        tuple(said for _, said in hits),
-        period * (whole.count - run.count),
-        period * run.count,
-        finite,
-    )
+    first, seconds = (robot.control_period * n for n in (whole.count - run.count, run.count))
+    said = tuple(said for _, said in hits)
+    return DryRun(_travels(robot, episode), said, first, seconds, finite)
 
 
 def _travels(robot: Robot, episode: Episode) -> tuple[Travel, ...]:

@@ -15,6 +15,7 @@ from leo_sim.task.motions import check_motion, MOTIONS
 
 Array = np.ndarray
 Shape = Callable[[Array, np.random.Generator], Array]
+Draw = Callable[[np.random.Generator, int], Array]
 SEED = 0
 KICK_SECONDS, SWING_SECONDS = 1.5, 2.5
 SEEDS = (11, 12, 13)  # of the figures of each motion; others than those a user takes first
@@ -24,7 +25,9 @@ def menu(robot: Robot, reach: Reach, seconds: float) -> list[Run]:
     """Runs of `seconds` for one robot, whose inputs go as far as `reach` says."""
     course = _Course(robot, reach, seconds)
     runs = [course.run(name, about, course.shaped(shape, s)) for name, about, shape, s in SHAPES]
-    runs.append(_let_go(course))
+    about = f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again'
+    enabled = course.time % (KICK_SECONDS + SWING_SECONDS) < KICK_SECONDS
+    runs.append(course.run('kick and let go', about, course.shaped(steps(0.3)), enabled))
     if len(robot.actuators) > 1:
         runs.append(_in_turn(course))
     return runs
@@ -58,15 +61,19 @@ class _Course:
         return Run(name, about, self.around + self.size * whole, on, around=self.around)
 
 
+def held(hold: float, draw: Draw) -> Shape:
+    """Values drawn at random, each held for `hold` s."""
+
+    def shape(time: Array, rng: np.random.Generator) -> Array:
+        index = np.floor(time / hold + 1e-9).astype(int)
+        return np.asarray(draw(rng, index[-1] + 1)[index])
+
+    return shape
+
+
 def steps(hold: float) -> Shape:
-    """Steps of random size and sign, each held for `hold` s."""
-    return lambda time, rng: _held(time, hold, lambda n: rng.uniform(-1, 1, n))
-
-
-def _let_go(course: _Course) -> Run:
-    about = f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again'
-    enabled = course.time % (KICK_SECONDS + SWING_SECONDS) < KICK_SECONDS
-    return course.run('kick and let go', about, course.shaped(steps(0.3)), enabled)
+    """Steps of random size and sign."""
+    return held(hold, lambda rng, n: rng.uniform(-1, 1, n))
 
 
 def _in_turn(course: _Course) -> Run:
@@ -75,11 +82,6 @@ def _in_turn(course: _Course) -> Run:
     turn = np.floor(count * time / (time[-1] + 1e-9)).astype(int)
     moves = turn[:, None] == np.arange(count)
     return course.run('one joint at a time', about, moves * course.shaped(steps(0.3)))
-
-
-def _held(time: Array, hold: float, draw: Callable[[int], Array]) -> Array:
-    index = np.floor(time / hold + 1e-9).astype(int)
-    return np.asarray(draw(index[-1] + 1)[index])
 
 
 def _triangle(period: float) -> Shape:
@@ -105,29 +107,24 @@ def _chirp(time: Array, rng: np.random.Generator) -> Array:
     return np.sin(2 * np.pi * (low * time + 0.5 * (high - low) / max(time[-1], 1.0) * time**2))
 
 
-def _binary(time: Array, rng: np.random.Generator) -> Array:
-    return np.sign(_held(time, 0.4, lambda n: rng.uniform(-1, 1, n)))
-
-
 def _flicker(time: Array, rng: np.random.Generator) -> Array:
     index = np.arange(len(time)) // 2
     return rng.choice([-1.0, 1.0], index[-1] + 1)[index]
 
 
-def _stairs(time: Array, rng: np.random.Generator) -> Array:
-    return _held(time, 2.0, lambda n: rng.permutation(np.linspace(-1, 1, n)))
-
-
 def _one_way(time: Array, rng: np.random.Generator) -> Array:
     sign = np.where(time < 0.5 * time[-1], 1.0, -1.0)
-    return sign * np.abs(_held(time, 0.5, lambda n: rng.uniform(0.2, 1, n)))
+    return sign * held(0.5, lambda rng, n: rng.uniform(0.2, 1, n))(time, rng)
 
 
 def _pulses(time: Array, rng: np.random.Generator) -> Array:
-    sizes = _held(time, 0.8, lambda n: rng.uniform(0.5, 1, n) * rng.choice([-1, 1], n))
-    return np.where(time % 0.8 < 0.1 - 1e-9, sizes, 0.0)  # 0 V brakes, a servo goes back
+    sizes = held(0.8, lambda rng, n: rng.uniform(0.5, 1, n) * rng.choice([-1, 1], n))
+    over = time % 0.8 >= 0.1 - 1e-9  # 0 V brakes, a servo goes back
+    return np.where(over, 0.0, sizes(time, rng))
 
 
+_binary = held(0.4, lambda rng, n: np.sign(rng.uniform(-1, 1, n)))
+_stairs = held(2.0, lambda rng, n: rng.permutation(np.linspace(-1, 1, n)))
 SHAPES: tuple[tuple[str, str, Shape, float], ...] = (
     ('steps, large', 'random steps of 0.3 s, to the full level', steps(0.3), 1.0),
     ('steps, half', 'random steps of 0.3 s, to half of the level', steps(0.3), 0.5),

@@ -44,13 +44,8 @@ class Option:
         return min(self.nats, default=0.0), sum(self.nats)
 
     def to_json(self) -> dict[str, Any]:
-        return {
-            'name': self.run.name,
-            'about': self.run.about,
-            'nats': list(self.nats),
-            'least_nats': self.worth[0],
-            'unsafe': self.unsafe,
-        }
+        named = {'name': self.run.name, 'about': self.run.about, 'nats': list(self.nats)}
+        return named | {'least_nats': self.worth[0], 'unsafe': self.unsafe}
 
 
 @dataclass(frozen=True)
@@ -158,10 +153,6 @@ def _ranked(
         return option.unsafe is not None, -first, -option.worth[1]
 
     options.sort(key=rank)
-    return Proposal(
-        aim,
-        tuple(points[i] for i in kept),
-        tuple(p for p, good in zip(points, useful, strict=True) if not good),
-        tuple(options),
-        model.robot.name,
-    )
+    asked = tuple(points[i] for i in kept)
+    hopeless = tuple(p for p, good in zip(points, useful, strict=True) if not good)
+    return Proposal(aim, asked, hopeless, tuple(options), model.robot.name)

@@ -74,17 +74,12 @@ def _in_its_place(row: dict, answer: dict[str, Any]) -> list[dict]:
         return []
     named = {_label(r) for r in answer['effects']}
     known = {_label(c) for c in row['confusable_with']}
-    others = [
-        e
-        for turn in turns
-        if _label(row) not in turn['effects'] and turn['share'] > 0.5 * (1.0 - gates['stable'])
-        for e in turn['effects']
-        if e not in named | known
-    ]
-    return [
-        {'name': name, 'where': where, 'separable_nats': 0.0, 'same_thing': None}
-        for name, _, where in (e.rpartition(':') for e in dict.fromkeys(others))
-    ]
+    often = (t for t in turns if t['share'] > 0.5 * (1.0 - gates['stable']))
+    chosen = (e for t in often if _label(row) not in t['effects'] for e in t['effects'])
+    others = dict.fromkeys(e for e in chosen if e not in named | known)
+    rest = {'separable_nats': 0.0, 'same_thing': None}
+    placed = (e.rpartition(':') for e in others)
+    return [{'name': name, 'where': where, **rest} for name, _, where in placed]
 
 
 def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Question]:
@@ -93,11 +88,8 @@ def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Ques
         nearest = sorted(rivals, key=lambda c: c['separable_nats'])[: NEXT.most_choices - 1]
         choices = [row, *nearest]
         placed = [(c['name'], c['where']) for c in choices]
-        pairs = tuple(
-            (i, j)
-            for i, j in itertools.combinations(range(len(choices)), 2)
-            if why_same(placed[i], placed[j], facts) is None
-        )
+        both = itertools.combinations(range(len(choices)), 2)
+        pairs = tuple((i, j) for i, j in both if why_same(placed[i], placed[j], facts) is None)
         if pairs:
             others = tuple(other for other in labels if other != label)
             out.append(Question(others, tuple(_label(c) for c in choices), pairs))

@@ -84,12 +84,12 @@ def tamed(
 
 
 def _unsafe(
-    runs: Runs, asked: list[int], models: Sequence[Model], before: Seen
+    runs: Runs, some: list[int], models: Sequence[Model], before: Seen
 ) -> dict[int, TooFar]:
     """What is wrong with some of the runs under the first model that finds anything."""
     found: dict[int, TooFar] = {}
     for model in models:
-        left = [i for i in asked if i not in found]
+        left = [i for i in some if i not in found]
         tracks = simulate([runs[i] for i in left], model, before.period)
         for i, track in zip(left, tracks, strict=True):
             if wrong := too_far(track, model.robot, before):

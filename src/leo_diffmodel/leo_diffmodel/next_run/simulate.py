@@ -102,7 +102,7 @@ def _episode(rows: list[tuple], dt: float) -> Episode:
 def _recording(run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]) -> Recording:
     robot = model.robot
     pose = MOTIONS[run.motion].start if isinstance(run, MotionRun) else run.start
-    held = pose in model.robot.start_poses and model.robot.start_poses[pose].held
-    joints, motors = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
-    timing, facts = (robot.input, robot.control_period), {'held': str(held).lower()}
-    return Recording(Path(run.name), '', joints, motors, *timing, episodes, facts)
+    held = pose in robot.start_poses and robot.start_poses[pose].held
+    said = {'held': str(held).lower()}
+    names = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
+    return Recording(Path(run.name), '', *names, robot.input, robot.control_period, episodes, said)

@@ -81,12 +81,8 @@ def stacked(figures: Sequence[Any]) -> Any:
     """Floats or arrays (S, 1, 1) side by side along the last axis."""
     if not figures:
         return np.zeros(0)
-    return np.concatenate(
-        np.broadcast_arrays(
-            *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)
-        ),
-        axis=-1,
-    )
+    arrays = (np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)
+    return np.concatenate(np.broadcast_arrays(*arrays), axis=-1)
 
 
 def added(whole: Any, index: Index, part: Any) -> Any:

@@ -15,20 +15,12 @@ from leo_sim.common.consent import trust
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.description.robot import Robot
 from leo_sim.effects import commands, friction, ground, joints, links, sensors
-from leo_sim.effects.base import Effect, HOOKS, Placed
+from leo_sim.effects.base import Effect as Effect
+from leo_sim.effects.base import HOOKS
+from leo_sim.effects.base import Placed as Placed
 from leo_sim.effects.motor import Motor
-from leo_sim.effects.parameter import Parameter, ROLES
-
-__all__ = [
-    'EFFECTS',
-    'Effect',
-    'Parameter',
-    'Placed',
-    'check_bounds',
-    'get_effect',
-    'place',
-    'registered_effects',
-]
+from leo_sim.effects.parameter import Parameter as Parameter
+from leo_sim.effects.parameter import ROLES
 
 REQUIRED = ('name', 'family', 'hook', 'parameters')  # what the class in a user's file has to say
 STATES = np.linspace(-1.0, 1.0, 9)[:, None]
@@ -124,9 +116,8 @@ def place(
             raise UserError(
                 f'{effect.name} has no parameter {parameter!r}; it has: {", ".join(known)}'
             )
-    return Placed(
-        effect, names, {**known, **parameters}, everywhere, {p.name: p.unit for p in declared}
-    )
+    units = {p.name: p.unit for p in declared}
+    return Placed(effect, names, {**known, **parameters}, everywhere, units)
 
 
 def check_bounds(robot: Robot, placed: Placed) -> None:

@@ -135,10 +135,8 @@ class Effect:
         read = [self.sensor(p, q[0], dq[0], memory, 0.0)]
         for n, after in enumerate(dt, start=1):
             read.append(self.sensor(p, q[n], dq[n], read[-1][2], after))
-        angles, rates = (
-            np.stack(np.broadcast_arrays(*(reading[i] for reading in read))) for i in (0, 1)
-        )
-        return angles, rates
+        angles, rates, _ = zip(*read, strict=True)
+        return np.stack(np.broadcast_arrays(*angles)), np.stack(np.broadcast_arrays(*rates))
 
     def recall(self, p: Values, recalled: Any, faster: Array, dt: Numbers) -> Any:
         """What `unsensed` needs of the motion so far, after dt s of an acceleration, rad/s2.
@@ -209,15 +207,13 @@ def with_roles(effect: Effect, parameters: tuple[Parameter, ...]) -> tuple[Param
 
 
 def _role(effect: Effect, parameter: Parameter, first: Parameter) -> str:
-    if parameter.unit != first.unit:
+    hook, unit = effect.hook, first.unit
+    if parameter.unit != unit:
         return 'position' if parameter.unit == 'rad' else 'shape'
-    if first.unit == 's':
+    if unit == 's':
         return 'delay'
-    if (effect.hook == 'command' and first.unit) or (
-        effect.hook == 'drive' and first.unit == 'rad'
-    ):
-        return 'threshold'
-    return 'amplitude'
+    cuts = (hook == 'command' and unit) or (hook == 'drive' and unit == 'rad')
+    return 'threshold' if cuts else 'amplitude'
 
 
 def _linear(effect: Effect, first: Parameter) -> bool:

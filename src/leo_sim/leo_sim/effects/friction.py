@@ -119,9 +119,7 @@ class LoadDependentFriction(_DryUnderLoad):
     reveal = 'The same motion with and without payload, and driving with and against gravity.'
 
     @staticmethod
-    def law(
-        mu: float, _a: float, _b: float, q: float, dq: float, motor: float, load: float
-    ) -> Any:
+    def law(mu: float, _: float, __: float, q: float, dq: float, motor: float, load: float) -> Any:
         return -np.copysign(mu * np.abs(motor - load), dq)
 
 

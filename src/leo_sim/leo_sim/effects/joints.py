@@ -77,10 +77,8 @@ class TorqueRipple(Effect):
     reveal = 'Slow motion over full turns, both ways.'
 
     @staticmethod
-    def law(
-        a: float, n: float, phase: float, q: float, dq: float, motor: float, load: float
-    ) -> Any:
-        return a * np.sin(n * q + phase)
+    def law(a: float, n: float, phi: float, q: float, dq: float, motor: float, load: float) -> Any:
+        return a * np.sin(n * q + phi)
 
 
 class BiasTorque(Effect):
@@ -118,10 +116,8 @@ class JointSpring(Effect):
     reveal = 'Large angles, several turns if the robot can.'
 
     @staticmethod
-    def law(
-        k: float, rest: float, _a: float, q: float, dq: float, motor: float, load: float
-    ) -> Any:
-        return -k * (q - rest)
+    def law(k: float, q0: float, _: float, q: float, dq: float, motor: float, load: float) -> Any:
+        return -k * (q - q0)
 
 
 class Backlash(Effect):

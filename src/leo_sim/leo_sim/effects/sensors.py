@@ -78,10 +78,8 @@ class VelocityLag(_Sensor):
         shape = np.broadcast_shapes(np.shape(first), behind.shape[1:])
         off = np.empty((len(dq), int(np.prod(shape))))
         off[0] = np.broadcast_to(first, shape).ravel()
-        flat = (
-            np.broadcast_to(part, (len(behind), *shape)).reshape(len(behind), -1)
-            for part in (decay, behind)
-        )
+        whole = len(behind), *shape
+        flat = (np.broadcast_to(x, whole).reshape(len(behind), -1) for x in (decay, behind))
         _follow(off, *flat)
         return q, dq + off.reshape(-1, *shape)
 

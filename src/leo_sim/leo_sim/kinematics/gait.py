@@ -17,8 +17,9 @@ from leo_sim.common.broadcasting import Array
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Contact, Robot
 from leo_sim.description.urdf import Joint
-from leo_sim.kinematics.frames import Frame, Kinematics
+from leo_sim.kinematics.frames import Kinematics
 
+XZ = [0, 2]
 Place = tuple[str, float, float]  # a link, and x and z in its axes, m
 
 
@@ -41,22 +42,18 @@ class Plane:
 
     def points(self, places: Sequence[Place]) -> Points:
         """The map from angles to the places."""
-        columns = [self._column(*place) for place in places]
-        return Points(
-            self._slopes,
-            np.stack([c[0] for c in columns], axis=-1),
-            np.stack([c[1] for c in columns], axis=-1),
-        )
+        columns = zip(*(self._column(*place) for place in places), strict=True)
+        return Points(self._slopes, *(np.stack(each, axis=-1) for each in columns))
 
     def _column(self, link: str, x: float, z: float) -> tuple[np.ndarray, np.ndarray]:
         """Start (2,) and weights (2, J + 2 H) of one point."""
-        tip = _xz(self._zero[link].point((x, 0.0, z)))
+        tip = self._zero[link].point((x, 0.0, z))[XZ]
         weights = np.zeros((2, len(self._moving) + 2 * len(self._hinges)))
         for joint in self._chain(link):
             if joint.kind == 'prismatic':
-                weights[:, self._moving.index(joint)] = _xz(self._axis(joint))
+                weights[:, self._moving.index(joint)] = self._axis(joint)[XZ]
                 continue
-            centre = _xz(self._zero[joint.child].origin)
+            centre = self._zero[joint.child].origin[XZ]
             lever, at = tip - centre, len(self._moving) + self._hinges.index(joint)
             weights[:, at] = lever
             weights[:, at + len(self._hinges)] = -lever[1], lever[0]
@@ -72,9 +69,8 @@ class Plane:
             link = joint.parent
         return chain
 
-    def _axis(self, joint: Joint) -> Any:
-        parent: Frame = self._zero[joint.child]
-        return Frame(parent.rotation, (0.0, 0.0, 0.0)).point(joint.axis)
+    def _axis(self, joint: Joint) -> Array:
+        return self._zero[joint.child].rotation @ np.array(joint.axis)
 
     def _sense(self, hinge: Joint) -> float:
         """+1 where a positive angle turns x towards z, that is about -y."""
@@ -95,19 +91,13 @@ class Points:
         q = np.asarray(q, dtype=float)
         pitch = q @ self._slopes
         features = np.concatenate([q, np.cos(pitch), np.sin(pitch)], axis=-1)
-        return (
-            features @ self._weights[0] + self._start[0],
-            features @ self._weights[1] + self._start[1],
-        )
+        x, z = (features @ w + s for w, s in zip(self._weights, self._start, strict=True))
+        return x, z
 
     def mean(self, shares: Sequence[float]) -> Points:
         """The one point that is a mean of these with given shares."""
         column = np.array(shares, dtype=float)[:, None]
         return Points(self._slopes, self._start @ column, self._weights @ column)
-
-
-def _xz(vector: Any) -> np.ndarray:
-    return np.array([float(vector[0]), float(vector[2])])
 
 
 class Gait:
@@ -126,9 +116,7 @@ class Gait:
         feet = [[c for c in robot.contacts if c.link == foot] for foot in robot.feet]
         self._soles = [Soles(self._plane, contacts, slope) for contacts in feet]
         self._feet = Soles(self._plane, [c for contacts in feet for c in contacts], slope)
-        self._heights = {
-            joint.name: self._plane.points([(joint.child, 0.0, 0.0)]) for joint in robot.joints
-        }
+        self._heights = {j.name: self._plane.points([(j.child, 0.0, 0.0)]) for j in robot.joints}
         self._touching = Soles(self._plane, robot.contacts, slope)
 
     def com_x(self, q: Array) -> Any:

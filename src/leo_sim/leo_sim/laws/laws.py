@@ -18,7 +18,7 @@ from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
 from leo_sim.effects.base import Drive, Ground, Placed
 from leo_sim.effects.motor import Motor, torque_source, voltage_motor
-from leo_sim.laws.sensors import act_late, NOTHING, Sensors, Use
+from leo_sim.laws.sensors import act_late, NOTHING, On, Sensors, Use
 from leo_sim.laws.sensors import Memory as Memory
 from leo_sim.laws.sensors import TIME as TIME
 from leo_sim.laws.servo import around_loop, Servos
@@ -54,10 +54,9 @@ class Laws:
         self.actuated_joints = robot.actuated
         self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
         uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
-        by_hook = {
-            hook: sorted((u for u in uses if u.effect.hook == hook), key=lambda u: u.effect.rank)
-            for hook in ('command', 'torque', 'sensor', 'drive')
-        }
+        uses.sort(key=lambda u: u.effect.rank)
+        hooks = ('command', 'torque', 'sensor', 'drive')
+        by_hook = {hook: [u for u in uses if u.effect.hook == hook] for hook in hooks}
         self._commands = by_hook['command']
         behind: list[Use] = []
         if robot.input == 'position':
@@ -102,7 +101,7 @@ class Laws:
         return Laws(robot, kept, values, of_readings)
 
     def command(
-        self, u: Array, enabled: np.ndarray | None, memory: Memory, h: Numbers
+        self, u: Array, enabled: On, memory: Memory, h: Numbers
     ) -> tuple[Any, Any, Memory]:
         """What reaches the motors over the next h s of held inputs (..., A), and the new memory.
 
@@ -122,12 +121,10 @@ class Laws:
 
     def remember(self, q: Array, dq: Array, memory: Memory, h: Numbers) -> Memory:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
-        kept = {
-            use.key: use.effect.remember(
-                use.values, q[..., use.at], dq[..., use.at], use.recalled(memory), h
-            )
-            for use in self._remembering
-        }
+        kept = {}
+        for use in self._remembering:
+            state = q[..., use.at], dq[..., use.at], use.recalled(memory)
+            kept[use.key] = use.effect.remember(use.values, *state, h)
         memory = {**memory, **kept}
         return self.sensors.sense(q, dq, memory, h)[2] if self.sensors.dynamic else memory
 
@@ -148,7 +145,7 @@ class Laws:
         dq: Array,
         motor_speed: Array,
         u: Array,
-        enabled: np.ndarray | None,
+        enabled: On,
         load: Array | None,
         memory: Memory = NOTHING,
     ) -> Torques:
@@ -209,16 +206,13 @@ class Laws:
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None  # backlash, rad, (..., J)
 
-    def _motor(
-        self, q: Array, dq: Array, speed: Array, u: Array, enabled: np.ndarray | None
-    ) -> Motor:
+    def _motor(self, q: Array, dq: Array, speed: Array, u: Array, enabled: On) -> Motor:
         u = self.at_motors(u, q, dq)
         if self.input == 'torque':
             motor = torque_source(u, enabled)
         else:
-            motor = voltage_motor(
-                u, speed[..., self.actuated], self._constant, self._resistance, enabled
-            )
+            speed = speed[..., self.actuated]
+            motor = voltage_motor(u, speed, self._constant, self._resistance, enabled)
         if self._efficiency is not None:
             motor = Motor(*(self._efficiency * figure for figure in motor))
         return motor if self._all_actuated else Motor(*map(self.at_joints, motor))

@@ -13,6 +13,7 @@ from leo_sim.effects.motor import Motor
 Memory = Mapping[str, Any]
 NOTHING: Memory = {}
 TIME = 'time'  # in the memory: s since the run began
+On = np.ndarray | None  # which motors are; None for all
 DELAY = CommandDelay()
 
 
@@ -106,9 +107,7 @@ class Sensors:
         return q if self._offset is None else q - self._offset, dq, memory
 
 
-def act_late(
-    use: Use, u: Array, enabled: np.ndarray | None, memory: Any, h: Numbers
-) -> tuple[Any, Any, Any]:
+def act_late(use: Use, u: Array, enabled: On, memory: Any, h: Numbers) -> tuple[Any, Any, Any]:
     """Inputs, the share of the next h s that each motor is on (None for all), and the memory.
 
     Where y(t) = x(t - d) is the joint state d s ago, y' = f(y(t), u(t - d)): windows that start

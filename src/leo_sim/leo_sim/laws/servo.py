@@ -47,12 +47,8 @@ class Servos:
         def figures(key: str, default: float = 0.0) -> Any:
             return stacked([values.get(path + key, default) for path in paths])
 
-        self.loop = Loop(
-            figures('position_gain'),
-            figures('rate_gain'),
-            np.maximum(figures('resolution'), FINEST),
-            figures('supply'),
-        )
+        grain = np.maximum(figures('resolution'), FINEST)
+        self.loop = Loop(figures('position_gain'), figures('rate_gain'), grain, figures('supply'))
         self.after, self.sensors, self._actuated = after, sensors, actuated
         self._size = size
 

@@ -31,6 +31,9 @@ class ConstantFile(Quantity):
     recordings: dict[str, Finite] = Field(default_factory=dict)
 
 
+Given = Mapping[str, ConstantFile]  # by path
+
+
 def all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
     """Values of all constants of a robot by path, some of them others; UserError: no such one."""
     for path in changed:
@@ -72,9 +75,7 @@ def chosen(values: Values, otherwise: Any, names: Sequence[str], source: Any) ->
     return float(picked) if not picked.ndim else picked[..., None]
 
 
-def expanded(
-    path: Path, robot: Robot, given: Mapping[str, ConstantFile]
-) -> dict[str, ConstantFile]:
+def expanded(path: Path, robot: Robot, given: Given) -> dict[str, ConstantFile]:
     """Constants by their whole paths: `actuators.*.resistance` stands for each of them.
 
     What a file says of one of them holds for that one. UserError: the robot has none of them.
@@ -91,9 +92,7 @@ def expanded(
     return result | {name: c for name, c in given.items() if '*' not in name}
 
 
-def checked_constants(
-    path: Path, robot: Robot, given: Mapping[str, ConstantFile]
-) -> dict[str, Constant]:
+def checked_constants(path: Path, robot: Robot, given: Given) -> dict[str, Constant]:
     """Constants of a robot as a file gives them; UserError for one that is wrong."""
     result = {}
     for name, quantity in given.items():
@@ -114,15 +113,13 @@ def _constant(path: Path, name: str, given: ConstantFile, known: Constant) -> Co
             'uncertain: [low, high]; known values go under recordings alone'
         )
     for recording, value in given.recordings.items():
-        own = Quantity(
-            value=value, unit=given.unit, uncertain=uncertain if given.per_recording else None
-        )
+        within = uncertain if given.per_recording else None
+        own = Quantity(value=value, unit=given.unit, uncertain=within)
         checked(f'{where}: recordings: {recording}', name, own, known.unit)
     whole = Quantity(value=given.value, unit=given.unit, uncertain=uncertain)
     sure = frozenset() if given.per_recording else frozenset(given.recordings)
-    return replace(
-        checked(where, name, whole, known.unit), per_recording=given.per_recording, known=sure
-    )
+    found = checked(where, name, whole, known.unit)
+    return replace(found, per_recording=given.per_recording, known=sure)
 
 
 def changed_constants(

@@ -95,9 +95,8 @@ class Model:
                 f'{self.robot.name} has no scheme {scheme!r}{nearest(scheme, self.robot.schemes)}'
             )
         self.scheme, self.held = scheme, held
-        self.integration_step = integration_step or max(
-            self.robot.schemes[scheme].integration_step, least
-        )
+        usual = self.robot.schemes[scheme].integration_step
+        self.integration_step = integration_step or max(usual, least)
         joints = (len(self.robot.joint_names),)
         self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model
@@ -181,10 +180,8 @@ class Model:
             check_possible(self.robot, state.q, state.dq)
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
         period = Period(u, on, dt / count, count, push)
-        q, dq, memory = self._integrate(
-            self.laws, self._dynamics, state.q, state.dq, state.memory, period
-        )
-        return State(q, dq, memory)
+        now = state.q, state.dq, state.memory
+        return State(*self._integrate(self.laws, self._dynamics, *now, period))
 
     def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Measured angles and rates (J,), without noise."""

@@ -21,6 +21,7 @@ from leo_sim.effects.parameter import has_unit, Parameter
 from leo_sim.model.constants import changed_constants, checked_constants, ConstantFile, expanded
 from leo_sim.model.model import Model
 
+_Entries = Sequence[Mapping[str, Any]] | None  # of a history
 Limits = dict[str, tuple[float, float]]
 
 
@@ -100,11 +101,8 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
 
 def named_models() -> dict[str, Path]:
     """The model files in the folders `models` of named robots: ROBOT_FILE, as so101_bam."""
-    return {
-        f'{name}_{file.stem}': file
-        for name, folder in named_robots().items()
-        for file in sorted(folder.glob('models/*.yaml'))
-    }
+    found = {name: folder.glob('models/*.yaml') for name, folder in named_robots().items()}
+    return {f'{name}_{file.stem}': file for name, of in found.items() for file in sorted(of)}
 
 
 def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
@@ -117,9 +115,7 @@ def write_effects(effects: Sequence[Placed], folder: Path | None = None) -> list
     return [_entry(placed, folder) for placed in effects]
 
 
-def save_model(
-    path: str | Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
-) -> Path:
+def save_model(path: str | Path, model: Model, history: _Entries = None) -> Path:
     """Write a model, with single values for all parameters, as a new file.
 
     The history is what was added and why; the model's own when None. UserError: the file exists;
@@ -131,9 +127,7 @@ def save_model(
     return write_whole(path, model_text(path, model, history))
 
 
-def model_text(
-    path: Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
-) -> str:
+def model_text(path: Path, model: Model, history: _Entries = None) -> str:
     content: dict[str, Any] = {'robot': _reference(path, model.robot)}
     if changed := changed_constants(model.robot, model.constants, model.by_recording):
         content['constants'] = changed
@@ -161,11 +155,8 @@ def _entry(placed: Placed, folder: Path | None) -> dict[str, Any]:
     source = placed.effect.source
     if source and folder is not None:
         source = str(_relative(Path(source), folder))
-    return {
-        'name': source or placed.effect.name,
-        'where': 'all' if placed.everywhere else where,
-        'parameters': parameters,
-    }
+    place = 'all' if placed.everywhere else where
+    return {'name': source or placed.effect.name, 'where': place, 'parameters': parameters}
 
 
 def _placed_all(path: Path, robot: Robot, entries: Sequence[EffectFile]) -> tuple[Placed, ...]:

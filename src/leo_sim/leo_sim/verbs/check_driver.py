@@ -30,11 +30,8 @@ _EXAMPLES = """\
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        'leo check-driver',
-        'Try a driver against the contract, without moving the robot unless you allow it.',
-        _EXAMPLES,
-    )
+    about = 'Try a driver against the contract, without moving the robot unless you allow it.'
+    parser = common.Parser('leo check-driver', about, _EXAMPLES)
     parser.add_argument('driver', metavar='DRIVER|FILE.py')
     parser.add('--robot R', 'the model of what it drives', required=True)
     parser.add('--port', 'where it is connected', default='')

@@ -28,14 +28,10 @@ def main(argv: list[str]) -> int:
     parser.add('file', 'the file the robot printed as "sealed: FILE"')
     options = parser.parse_args(argv)
     truth = read_sealed(options.file)
-    print(json.dumps(truth, indent=2) if options.json else _sentences(truth))
+    lines = [f'robot {truth["robot"]}: {len(truth["effects"])} hidden effect(s)']
+    lines += [f'  {described(effect)}' for effect in truth['effects']]
+    print(json.dumps(truth, indent=2) if options.json else '\n'.join(lines))
     return 0
-
-
-def _sentences(truth: dict[str, Any]) -> str:
-    effects = truth['effects']
-    first = f'robot {truth["robot"]}: {len(effects)} hidden effect(s)'
-    return '\n'.join([first, *(f'  {described(effect)}' for effect in effects)])
 
 
 def described(effect: Mapping[str, Any]) -> str:

@@ -22,6 +22,7 @@ INIT = """\
   leo robot init arm.urdf -o arm --driver dynamixel
   leo robot init arm.urdf -o arm --without gripper  # and all beyond that link
 """
+KINDS, BUSES = ('torque', 'voltage', 'position'), ('dynamixel', 'feetech')
 STEP, LIST = '  leo robot step arm\n', '  leo robot list\n'
 
 
@@ -32,24 +33,14 @@ def main(argv: list[str]) -> int:
 
 
 def _init(argv: list[str]) -> int:
-    parser = common.Parser(
-        'leo robot init',
-        'Make a robot folder from a URDF or MJCF and say what is left to fill in.',
-        INIT,
-    )
+    about = 'Make a robot folder from a URDF or MJCF and say what is left to fill in.'
+    parser = common.Parser('leo robot init', about, INIT)
     parser.add_argument('urdf', type=Path, metavar='URDF|MJCF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
     parser.add(
-        '--input',
-        'what the actuators take (default: torque)',
-        choices=('torque', 'voltage', 'position'),
-        default='torque',
+        '--input', 'what the actuators take (default: torque)', choices=KINDS, default='torque'
     )
-    parser.add(
-        '--driver',
-        'write how its hardware is connected, to be filled in',
-        choices=('dynamixel', 'feetech'),
-    )
+    parser.add('--driver', 'write how its hardware is connected, to be filled in', choices=BUSES)
     parser.add(
         '--without LINK',
         'take this link out, with its joint and everything beyond it',
@@ -81,11 +72,8 @@ def _init(argv: list[str]) -> int:
 
 
 def _step(argv: list[str]) -> int:
-    parser = common.Parser(
-        'leo robot step',
-        'Measure the integration step of a robot folder and write it there.',
-        STEP,
-    )
+    about = 'Measure the integration step of a robot folder and write it there.'
+    parser = common.Parser('leo robot step', about, STEP)
     parser.add_argument('folder', type=Path, metavar='FOLDER')
     options = parser.parse_args(argv)
 
@@ -141,11 +129,8 @@ def _said(made: Skeleton, folder: Path) -> list[str]:
             f'  {a.joint}: from {low:.4g} to {high:.4g} {angle}, starts at '
             f'{start[a.joint]:.4g} {angle}, takes up to {a.limit:g} {unit}'
         )
-    lines += [
-        f'  {j.name}: moves with {j.leader}, {j.ratio:g} times as far'
-        for j in robot.joints
-        if j.leader
-    ]
+    copies = (j for j in robot.joints if j.leader)
+    lines += [f'  {j.name}: moves with {j.leader}, {j.ratio:g} times as far' for j in copies]
     lines.append(f'integration step {robot.integration_step:g} s')
     lines += [f'warning: {doubt}' for doubt in made.doubts]
     lines += [f'note: {note}' for note in made.notes]

@@ -43,9 +43,8 @@ def test_bags_are_judged_together(bags):
     together, sigma = list(bags.values()), SIGMA[None].repeat(3, axis=0)
     ranges = excitation(together, sigma, LEO)
     assert {f.severity for f in of_all(together, MODEL, sigma, ranges)} == {'ok'}
-    standing = of_all(
-        [bags['standing']], MODEL, SIGMA[None], excitation([bags['standing']], SIGMA[None], LEO)
-    )
+    alone = [bags['standing']]
+    standing = of_all(alone, MODEL, SIGMA[None], excitation(alone, SIGMA[None], LEO))
     assert any(f.code == 'still' and 'stepping' in f.todo for f in standing)
 
 

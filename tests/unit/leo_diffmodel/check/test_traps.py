@@ -20,29 +20,22 @@ from leo_diffmodel.check.timing import even_stamps, is_even, slow
 from leo_diffmodel.outside.finding import Finding
 from leo_sim.model import Model
 
-LIMITED = replace(
-    PENDULUM,
-    joints=tuple(
-        replace(j, limits=(-1.9, 1.9)) if j.name == 'pivot' else j for j in PENDULUM.joints
-    ),
-)
+STOPS = {'pivot': (-1.9, 1.9)}
+HINGES = tuple(replace(j, limits=STOPS.get(j.name, j.limits)) for j in PENDULUM.joints)
+LIMITED = replace(PENDULUM, joints=HINGES)
 IMPORTED = {'imported_from': 'log'}
 TICK = 2 * np.pi / 4096
 FINE = 0.001
 
 
-def recorded(
-    q: np.ndarray, goal: np.ndarray, t: np.ndarray, rates: str = 'absent', **metadata: str
-) -> Recording:
+def recorded(q, goal, t, rates: str = 'absent', **metadata: str) -> Recording:
     """One joint's angles and goals (T,), as an imported bag reads."""
     dq, on = np.gradient(q, t)[:, None], np.ones((len(t), 1), dtype=bool)
     episode, period = Episode(t, q[:, None], dq, goal[:, None], on), float(np.median(np.diff(t)))
     return of_robot(POSITION, episode, period=period, metadata=IMPORTED | metadata, rates=rates)
 
 
-def teleoperated(
-    rate: float = 30.0, late: float = 0.0, stop: float = np.inf, seed: int = 0
-) -> Recording:
+def teleoperated(rate=30.0, late=0.0, stop=np.inf, seed=0) -> Recording:
     """40 s of a servo that follows a hand: positions read, then the goal sent `late` after [s].
 
     It accepts goals up to `stop` [rad] either way.

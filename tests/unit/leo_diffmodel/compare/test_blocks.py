@@ -66,9 +66,8 @@ def test_windows_never_cross_the_end_of_an_episode():
 
 @pytest.mark.parametrize('count', [2, 6])
 def test_neither_what_is_held_out_nor_the_folds_depend_on_the_order_of_bags(count):
-    data = [
-        replace(record(TORQUE, seconds=7 + s, seed=s), path=Path(f'run{s}')) for s in range(count)
-    ]
+    logs = [record(TORQUE, seconds=7 + s, seed=s) for s in range(count)]
+    data = [replace(log, path=Path(f'run{s}')) for s, log in enumerate(logs)]
 
     def parted(order):
         windows, blocks = cut(order, 0.3), make_blocks(order, [])

@@ -30,9 +30,8 @@ def model():
 def test_a_held_base_stays_in_the_windows_of_its_own_bag_alone(model):
     bags = [recorded(seconds=0.6), recorded(start='standing', seconds=0.6)]
     windows = cut(bags, 0.1)
-    q, _ = rollout(
-        model, windows.q[:, 0], windows.dq[:, 0], windows.inputs, windows.dt, held=windows.held
-    )
+    w = windows
+    q, _ = rollout(model, w.q[:, 0], w.dq[:, 0], w.inputs, w.dt, held=w.held)
     moved = np.abs(q[..., :3] - q[:, :1, :3]).max(axis=(1, 2))
     assert windows.held.any() and not windows.held.all()
     assert np.all(moved[windows.held] == 0) and np.all(moved[~windows.held] > 0)

@@ -30,9 +30,8 @@ def test_the_missing_torque_is_the_one_that_was_applied(robot):
 def test_a_torque_that_changes_is_followed():
     t = 0.01 * np.arange(2000)
     push = 0.5 * np.sin(2 * np.pi * 0.5 * t)[:, None]
-    missing = missing_torque(
-        [record(TORQUE, seconds=20, push=push)], Model(TORQUE), np.array([[1e-3, 0.05]])
-    )
+    bag = record(TORQUE, seconds=20, push=push)
+    missing = missing_torque([bag], Model(TORQUE), np.array([[1e-3, 0.05]]))
     truth = 0.5 * np.sin(2 * np.pi * 0.5 * missing.time)
     assert np.corrcoef(missing.torque[:, 0], truth)[0, 1] > 0.8
     assert missing.torque[:, 0] @ truth / (truth @ truth) == pytest.approx(1.0, abs=0.1)

@@ -18,11 +18,8 @@ def recorded(folder, **measured):
 
 
 def test_what_the_motor_measured_stands_in_the_sheet(tmp_path):
-    warm = recorded(
-        tmp_path / 'warm',
-        supply_voltage=np.array([12.0, 11.0, 11.5]),
-        temperature=np.array([30.0, np.nan, 42.0]),
-    )
+    volts, degrees = np.array([12.0, 11.0, 11.5]), np.array([30.0, np.nan, 42.0])
+    warm = recorded(tmp_path / 'warm', supply_voltage=volts, temperature=degrees)
     bare = recorded(tmp_path / 'bare')
     first, second = rows = conditions([warm, bare], 'pivot')
     assert first['supply'] == {'first': 12.0, 'last': 11.5, 'least': 11, 'most': 12, 'unit': 'V'}

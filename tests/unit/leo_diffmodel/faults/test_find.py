@@ -38,10 +38,9 @@ SIZES = {
 
 
 def spoilt(recording: Recording, name: str, value: float) -> Recording:
-    fault = FAULTS[name]
-    return replace(
-        recording, episodes=tuple(spoil(fault.name, e, 0, 0, value) for e in recording.episodes)
-    )
+    name = FAULTS[name].name
+    episodes = tuple(spoil(name, e, 0, 0, value) for e in recording.episodes)
+    return replace(recording, episodes=episodes)
 
 
 def found(recording: Recording, robot=TORQUE) -> list[Found]:
@@ -229,9 +228,8 @@ def test_noise_of_a_joint_that_stands_is_no_relation_of_its_channels(clean, seed
 
 @pytest.mark.parametrize('seconds, known', [(3, False), (20, True)])
 def test_torques_of_fewer_seconds_than_they_have_factors_balance_in_every_way(seconds, known):
-    (found,) = balances(
-        record(TORQUE, seconds=seconds, seed=3, noise=FINE), Model(TORQUE)
-    ).values()
+    log = record(TORQUE, seconds=seconds, seed=3, noise=FINE)
+    (found,) = balances(log, Model(TORQUE)).values()
     assert all(np.isfinite(figure.sd) == known for figure in found.figures.values())
 
 

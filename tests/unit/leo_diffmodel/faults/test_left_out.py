@@ -30,9 +30,8 @@ def test_friction_that_takes_most_of_the_torque_does_not_make_the_motor_weak(see
 @pytest.mark.parametrize('unit', [12.0, -1.0])
 def test_the_unit_that_a_log_has_predicts_best(seen, unit):
     other = unit * seen.motor
-    wrong = replace(
-        seen, motor=other, before=unit * seen.before, missing=seen.missing + seen.motor - other
-    )
+    missing = seen.missing + seen.motor - other
+    wrong = replace(seen, motor=other, before=unit * seen.before, missing=missing)
     assert better([misses(wrong, 0)], [misses(wrong, 0, Reading(unit))]) > 2
 
 

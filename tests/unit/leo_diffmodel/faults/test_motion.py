@@ -20,12 +20,8 @@ def channels(seed: int, late: float = 0.0, tau: float = 0.0, noise: float = 0.02
     pace, phase = rng.uniform(2, 12, 6), rng.uniform(0, 6, 6)
 
     def sines(at: np.ndarray, speed: bool) -> np.ndarray:
-        each = (
-            np.cos(np.outer(at, pace) + phase)
-            if speed
-            else np.sin(np.outer(at, pace) + phase) / pace
-        )
-        return each.sum(axis=1)
+        turned = np.outer(at, pace) + phase
+        return (np.cos(turned) if speed else np.sin(turned) / pace).sum(axis=1)
 
     fine = np.arange(-1, 12, 0.001)
     speed = sines(fine - late, True)
@@ -56,9 +52,8 @@ def test_intervals_cover_what_they_say():
     for seed in range(40):
         part = channels(seed)
         law = Motion([part]).fit(('scale', 'zero'), np.array([1.0, 0, 0, 0]))
-        inside += [
-            abs(law.of(n)[0] - v) < 1.96 * law.of(n)[1] for n, v in (('scale', 1.3), ('zero', 0.2))
-        ]
+        found = (1.3, *law.of('scale')), (0.2, *law.of('zero'))
+        inside += [abs(value - true) < 1.96 * sd for true, value, sd in found]
     assert np.mean(inside) > 0.825
 
 

@@ -71,9 +71,8 @@ def test_evidence_against_a_wrong_model_only_and_no_window_says_too_much():
     runs = [named('swinging'), named('standing')]
     stiff = MODEL.changed(effects=[place(LEO, 'viscous_friction', 'left_hip', b=0.05)])
     nothing = Fit(Hypothesis(), np.zeros(0), np.zeros((0, 0)), *np.zeros((5, 0)))
-    same, other = (
-        separable(MODEL, simulate(runs, m, PERIOD), PERIOD, SIGMA, nothing) for m in (MODEL, stiff)
-    )
+    tracks = (simulate(runs, model, PERIOD) for model in (MODEL, stiff))
+    same, other = (separable(MODEL, t, PERIOD, SIGMA, nothing) for t in tracks)
     assert np.all(same < 1.0) and np.all(other > 10.0) and np.all(other < 6.0 * 60)
 
 

@@ -35,10 +35,8 @@ def near(name: str, nats: float, why: str | None = None) -> dict:
 
 def answer(*close: dict, blind: tuple[str, ...] = ()) -> dict:
     row = {'name': 'voltage_scale', 'where': 'pivot', 'confusable_with': list(close)}
-    return {
-        'effects': [row] if close else [],
-        'not_testable': [{'name': n, 'where': 'pivot', 'why': ''} for n in blind],
-    }
+    untested = [{'name': n, 'where': 'pivot', 'why': ''} for n in blind]
+    return {'effects': [row] if close else [], 'not_testable': untested}
 
 
 @pytest.fixture(scope='module')
@@ -73,17 +71,13 @@ def test_what_too_many_turns_choose_instead_is_a_question():
 
 
 def test_what_is_the_same_only_while_motors_are_on_is_a_question():
-    row = {
-        'name': 'viscous_friction',
-        'where': 'pivot',
-        'confusable_with': [near('back_emf_scale', 0.0, 'both brake')],
-    }
+    rivals = [near('back_emf_scale', 0.0, 'both brake')]
+    row = {'name': 'viscous_friction', 'where': 'pivot', 'confusable_with': rivals}
     bag = record(PENDULUM, place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4), seconds=8.0)
     found = propose([bag], MODEL, {'effects': [row], 'not_testable': []}, seconds=8.0)
     assert found.best is not None and not found.best.run.enabled.all()
-    assert [o.worth[0] for o in found.options if o.run.enabled.all()] == pytest.approx(
-        [0.0] * (len(found.options) - 1), abs=0.5
-    )
+    worth = [o.worth[0] for o in found.options if o.run.enabled.all()]
+    assert worth == pytest.approx([0.0] * (len(found.options) - 1), abs=0.5)
 
 
 @pytest.mark.parametrize('robot', ['pendulum', 'double_pendulum'])
@@ -135,20 +129,16 @@ def test_the_predicted_gain_is_what_the_run_then_gives(proposal):
     posed = pose([TWO_LEVELS, new], (), MODEL)
     problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
     known = {c.label: c for c in candidates(MODEL)}
-    right, wrong = (
-        fit_in_turn(replace(posed, problem=problem), 1.0, [known[label]])
-        for label in ('voltage_deadband:pivot', 'voltage_scale:pivot')
-    )
+    posed, labels = replace(posed, problem=problem), ('voltage_deadband', 'voltage_scale')
+    right, wrong = (fit_in_turn(posed, 1.0, [known[f'{label}:pivot']]) for label in labels)
     assert right.loss.sum() + 0.2 * min(proposal.best.worth[0], 1000) < wrong.loss.sum()
 
 
 def test_with_nothing_open_it_shows_what_could_not_be_tested():
     still = record(PENDULUM, inputs=1e-3 * steps(PENDULUM, 8, 1))
     found = propose([still], MODEL, answer(blind=('viscous_friction', 'armature')), seconds=4.0)
-    assert found.aim == 'show' and set(found.points) | set(found.hopeless) == {
-        'viscous_friction:pivot',
-        'armature:pivot',
-    }
+    told = {*found.points, *found.hopeless}
+    assert found.aim == 'show' and told == {'viscous_friction:pivot', 'armature:pivot'}
     assert propose([still], MODEL, answer(), seconds=4.0).aim == 'nothing'
 
 
@@ -190,10 +180,7 @@ def test_inputs_of_a_slide_are_in_its_unit_and_old_ones_are_read(kind, unit, of_
     for said in (unit, of_turning):
         path.write_text(text.replace(f'[{unit}]', f'[{said}]'))
         assert read_run(path).run_for(robot).inputs == pytest.approx(run.inputs)
-    for said, wrong in (
-        ('V', f'has inputs left in V.*takes left in {unit}'),
-        ('kg', 'no unit of'),
-    ):
+    for said, wrong in (('V', f'has inputs left in V.*left in {unit}'), ('kg', 'no unit of')):
         path.write_text(text.replace(f'[{unit}]', f'[{said}]'))
         with pytest.raises(UserError, match=wrong):
             read_run(path).run_for(robot)

@@ -54,13 +54,6 @@ def _run(root: Path, folder: str) -> str:
         'NUMBA_CACHE_DIR': str(root / folder) if folder else '',
     }
     code = 'import leo_sim.outer'
-    done = subprocess.run(
-        [sys.executable, '-c', code],
-        env=given,
-        cwd=root,
-        check=True,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    how = {'env': given, 'cwd': root, 'check': True, 'capture_output': True, 'text': True}
+    done = subprocess.run([sys.executable, '-c', code], timeout=120, **how)
     return done.stdout.strip()

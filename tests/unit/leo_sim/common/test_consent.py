@@ -106,9 +106,8 @@ def test_a_link_to_another_file_is_that_file(folder):
     trust('harmless.py')
     (folder / 'harmless.py').unlink()
     (folder / 'harmless.py').symlink_to(folder / 'wind.py')
-    (folder / 'linked.yaml').write_text(
-        yaml.safe_dump({'robot': 'pendulum', 'effects': [WIND | {'name': 'harmless.py'}]})
-    )
+    content = {'robot': 'pendulum', 'effects': [WIND | {'name': 'harmless.py'}]}
+    (folder / 'linked.yaml').write_text(yaml.safe_dump(content))
     with pytest.raises(UserError, match='would run Python code'):
         load_model('linked.yaml')
 
@@ -146,14 +145,9 @@ def test_nor_do_weights_that_came_over_the_network(folder):
 
 def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
     recording = record(PENDULUM, seconds=4)
-    (episode,) = recording.episodes
-    run = Run(
-        episode.t[::5],
-        recording.joints,
-        episode.q[::5],
-        episode.dq[::5],
-        inputs={'pivot': {'voltage': episode.inputs[::5, 0]}},
-    )
+    (e,) = recording.episodes
+    inputs = {'pivot': {'voltage': e.inputs[::5, 0]}}
+    run = Run(e.t[::5], recording.joints, e.q[::5], e.dq[::5], inputs=inputs)
     write_runs(folder / 'bag', [run], {})
     trust('wind.py')
     model = load_model('model.yaml')

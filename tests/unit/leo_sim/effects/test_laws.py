@@ -63,10 +63,8 @@ def test_a_push_undoes_a_dead_band():
     dead = place(TORQUE, 'voltage_deadband', 'all', v=PUSH)
     both = Model(TORQUE, [dead, place(TORQUE, 'voltage_push', 'all', v=PUSH)])
     kept = np.where(np.abs(inputs) > PUSH, inputs, 0.0)
-    plain, after = (
-        rollout(m, [[0.1]], [[0.0]], u, 0.01)[0]
-        for m, u in ((Model(TORQUE), kept), (both, inputs))
-    )
+    runs = (Model(TORQUE), kept), (both, inputs)
+    plain, after = (rollout(m, [[0.1]], [[0.0]], u, 0.01)[0] for m, u in runs)
     np.testing.assert_allclose(after, plain, atol=1e-12)
 
 
@@ -85,6 +83,5 @@ def about_origin(mass, com, inertia):
 def test_a_payload_is_the_link_and_a_point_mass_as_one_body():
     one = EFFECTS['payload'].body(LOAD, LINK)
     point = about_origin(LOAD['m'], [LOAD[axis] for axis in 'xyz'], [0.0] * 6)
-    np.testing.assert_allclose(
-        about_origin(*one[:3]), np.add(about_origin(*LINK[:3]), point), atol=1e-15
-    )
+    both = np.add(about_origin(*LINK[:3]), point)
+    np.testing.assert_allclose(about_origin(*one[:3]), both, atol=1e-15)

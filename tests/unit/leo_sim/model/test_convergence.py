@@ -24,10 +24,8 @@ def errors(robot, effects=(), factor=10):
     q, dq = (rng.uniform(-bound, bound, (300, len(robot.joint_names))) for bound in (np.pi, 9))
     inputs = rng.uniform(-1, 1, (300, 1, len(robot.limits))) * robot.limits
     step = robot.integration_step
-    coarse, fine = (
-        rollout(Model(robot, effects, integration_step=h), q, dq, inputs, robot.control_period)
-        for h in (step, step / factor)
-    )
+    models = (Model(robot, effects, integration_step=h) for h in (step, step / factor))
+    coarse, fine = (rollout(m, q, dq, inputs, robot.control_period) for m in models)
     wrong = [np.abs(a - b)[:, -1] for a, b in zip(coarse, fine, strict=True)]
     return [(np.sqrt(np.mean(w**2)), w.max()) for w in wrong]
 
@@ -57,8 +55,6 @@ RUNS = {'pendulum': ([2.5], [10.0], [-3.0]), 'double_pendulum': ([0.5, 1.0], [4.
 @pytest.mark.parametrize('name', RUNS)
 def test_error_falls_with_the_square_of_the_step(name):
     q, dq, u = (np.array([row]) for row in RUNS[name])
-    runs = [
-        rollout(Model(name, integration_step=h), q, dq, u[None], 0.05)[1][0, -1, -1]
-        for h in (0.01, 0.005, 1e-4)
-    ]
+    models = (Model(name, integration_step=h) for h in (0.01, 0.005, 1e-4))
+    runs = [rollout(model, q, dq, u[None], 0.05)[1][0, -1, -1] for model in models]
     assert abs(runs[0] - runs[2]) / abs(runs[1] - runs[2]) == pytest.approx(4.0, rel=0.1)

@@ -122,10 +122,9 @@ def test_effects_do_what_they_do_elsewhere(effect):
     state, volts = airborne(np.random.default_rng(1)), np.full(6, 6.0)
     change = []
     for engine, step in (('rigid', None), ('mujoco', 2e-4)):
-        plain, changed = (
-            modelled(LEO, *e, engine=engine, integration_step=step).step(state, volts, 0.03)
-            for e in ((), (effect,))
-        )
+        how = {'engine': engine, 'integration_step': step}
+        models = modelled(LEO, **how), modelled(LEO, effect, **how)
+        plain, changed = (model.step(state, volts, 0.03) for model in models)
         change.append(np.concatenate([changed.q - plain.q, changed.dq - plain.dq]))
     assert np.abs(change[0]).max() > 1e-3
     assert change[1] == pytest.approx(change[0], abs=0.1 * np.abs(change[0]).max())

@@ -43,15 +43,8 @@ def test_a_later_window_knows_the_time_and_the_path(robot, kind):
     q, dq = stepped(made, inputs)
     first = 200
     past = (q[None, :first], dq[None, :first], inputs[None, :first], None, np.full((1, first), DT))
-    along, _ = rollout(
-        made,
-        q[None, first],
-        dq[None, first],
-        inputs[None, first:],
-        DT,
-        history=past,
-        start=np.array([first * DT]),
-    )
+    given, start = (q[None, first], dq[None, first], inputs[None, first:]), np.array([first * DT])
+    along, _ = rollout(made, *given, DT, history=past, start=start)
     fresh, _ = rollout(made, q[None, first], dq[None, first], inputs[None, first:], DT)
     missed = np.abs(fresh[0] - q[first:]).max()
     assert missed > 1e-3

@@ -147,9 +147,8 @@ def test_an_effect_of_the_user(tmp_path):
     trust(str(tmp_path / 'wind.py'))
     wind = {'name': 'wind.py', 'where': 'all', 'parameters': {'w': {'value': 1e-3, 'unit': 'N m'}}}
     model = load_model(write(tmp_path, effects=[wind]))
-    still, blown = (
-        m.step(m.state_from([3.1], [0.0]), [0.0], 0.05).dq[0] for m in (Model(ROBOT), model)
-    )
+    both = Model(ROBOT), model
+    still, blown = (m.step(m.state_from([3.1], [0.0]), [0.0], 0.05).dq[0] for m in both)
     assert blown - still == pytest.approx(1e-3 * 0.05 / 0.000191, rel=0.1)
     assert load_model(save_model(tmp_path / 'copy.yaml', model)).effects[0].effect.name == 'wind'
     assert yaml.safe_load((tmp_path / 'copy.yaml').read_text())['effects'][0]['name'] == 'wind.py'
@@ -301,12 +300,8 @@ def test_names_that_no_file_can_have_are_one_line(name, tmp_path):
 
 def test_a_star_stands_for_every_joint_and_gives_way_to_one(tmp_path):
     gain, own = {'value': 3.0, 'unit': '1/rad'}, {'value': 4.0, 'unit': '1/rad'}
-    path = write(
-        tmp_path,
-        robot='so101',
-        constants={'actuators.gripper.position_gain': own, 'actuators.*.position_gain': gain},
-    )
-    model = load_model(path)
+    given = {'actuators.gripper.position_gain': own, 'actuators.*.position_gain': gain}
+    model = load_model(write(tmp_path, robot='so101', constants=given))
     gains = {n: v for n, v in model.constants.items() if n.endswith('.position_gain')}
     assert gains.pop('actuators.gripper.position_gain') == 4.0
     assert len(gains) == 5 and set(gains.values()) == {3.0}

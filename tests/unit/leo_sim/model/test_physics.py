@@ -52,10 +52,8 @@ def test_another_law_by_the_same_name_is_named(tmp_path):
             '    def torque(self, p, q, dq, motor, load):\n'
             f"        return -p['c'] * dq**{power}\n"
         )
-    one, other = (
-        MODEL.changed(effects=[place(PENDULUM, read_effect(path), 'pivot', c=1e-4)])
-        for path in (first, second)
-    )
+    laws = map(read_effect, (first, second))
+    one, other = (MODEL.changed(effects=[place(PENDULUM, law, 'pivot', c=1e-4)]) for law in laws)
     assert differing(of_model(one), of_model(other)).startswith('another file of drag (hash) (')
     assert differing(of_model(one), of_model(one)) == ''
 

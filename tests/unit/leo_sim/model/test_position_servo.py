@@ -45,9 +45,8 @@ def integrated(
     for goal in goals:
         for asked, span in ((before, delay), (goal, PERIOD - delay)):
             if span:
-                y = solve_ivp(derivative, (0, span), y, args=(asked,), rtol=1e-10, atol=1e-12).y[
-                    :, -1
-                ]
+                given = {'args': (asked,), 'rtol': 1e-10, 'atol': 1e-12}
+                y = solve_ivp(derivative, (0, span), y, **given).y[:, -1]
         rows.append([y[0] + zero, y[1]])
         before = goal
     return np.array(rows)
@@ -109,13 +108,8 @@ def test_effects_and_constants_act_where_the_loop_has_them(effects, constants, e
 def test_windows_at_once_give_what_steps_give_for_every_gain():
     gains = np.array([0.5, 1.1509, 2.5])
     path = 'actuators.pivot.position_gain'
-    together = rollout(
-        Model(ROBOT, constants=EXACT | {path: gains[:, None, None]}),
-        np.zeros((1, 1)),
-        np.zeros((1, 1)),
-        GOALS[None, :, None],
-        PERIOD,
-    )
+    model, zero = Model(ROBOT, constants=EXACT | {path: gains[:, None, None]}), np.zeros((1, 1))
+    together = rollout(model, zero, zero, GOALS[None, :, None], PERIOD)
     for row, gain in enumerate(gains):
         alone = simulated(constants=EXACT | {path: gain}, engine='rigid')
         np.testing.assert_allclose(together[0][row, 0, :, 0], alone[:, 0], atol=1e-9)
@@ -124,10 +118,8 @@ def test_windows_at_once_give_what_steps_give_for_every_gain():
 def test_a_free_motor_has_no_loop():
     goals, zeros = (np.full((1, 50, 1), goal) for goal in (2.0, 0.0))
     off = np.zeros((1, 50, 1), dtype=bool)
-    swings = [
-        rollout(Model(ROBOT), np.ones((1, 1)), np.zeros((1, 1)), u, PERIOD, enabled=off)[0]
-        for u in (goals, zeros)
-    ]
+    begin = Model(ROBOT), np.ones((1, 1)), np.zeros((1, 1))
+    swings = [rollout(*begin, u, PERIOD, enabled=off)[0] for u in (goals, zeros)]
     np.testing.assert_array_equal(*swings)
     assert np.ptp(swings[0]) > 0.5
 
@@ -185,16 +177,12 @@ def test_a_law_of_the_users_behind_the_loop_that_no_compiler_takes_goes_by_subst
         def command(self, p, u, memory, dt):
             return p['k'] * np.array([float(str(v)) for v in u.ravel()]).reshape(u.shape), memory
 
-    scaled = place(ROBOT, 'voltage_scale', 'pivot', k=0.6)
-    odd, even = (
-        Model(ROBOT, [effect], engine='rigid')
-        for effect in (place(ROBOT, Odd(), 'pivot', k=0.6), scaled)
-    )
+    effects = (place(ROBOT, effect, 'pivot', k=0.6) for effect in (Odd(), 'voltage_scale'))
+    odd, even = (Model(ROBOT, [effect], engine='rigid') for effect in effects)
     goals, zero = GOALS[None, :40, None], np.zeros((1, 1))
     assert not whole_windows.possible(odd.laws, zero, goals)
-    np.testing.assert_allclose(
-        *(rollout(m, zero, zero, goals, PERIOD)[0] for m in (odd, even)), atol=1e-9
-    )
+    angles = (rollout(m, zero, zero, goals, PERIOD)[0] for m in (odd, even))
+    np.testing.assert_allclose(*angles, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -211,14 +199,8 @@ def test_windows_amid_a_run_know_what_went_before(name, values, most):
         return np.stack([of[i + first : i + first + count] for i in starts])
 
     q, dq, u = run[:, :1], run[:, 1:], GOALS[:, None]
-    history = History(
-        cut(q, -before, before),
-        cut(dq, -before, before),
-        cut(u, -before, before),
-        None,
-        np.full((len(starts), before), PERIOD),
-    )
-    angles = rollout(
-        Model(ROBOT, effects), q[starts], dq[starts], cut(u, 0, ahead), PERIOD, history=history
-    )[0]
+    past = (cut(of, -before, before) for of in (q, dq, u))
+    history = History(*past, None, np.full((len(starts), before), PERIOD))
+    given = q[starts], dq[starts], cut(u, 0, ahead)
+    angles = rollout(Model(ROBOT, effects), *given, PERIOD, history=history)[0]
     assert np.abs(angles - cut(q, 0, ahead + 1))[:, -1].max() < most

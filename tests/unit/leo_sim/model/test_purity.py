@@ -42,9 +42,8 @@ def pairs():
 
 
 def run(simulator, given, order):
-    results = {
-        i: simulator.step(given[i][0], given[i][1], 0.004, enabled=given[i][2]) for i in order
-    }
+    each = ((i, *given[i]) for i in order)
+    results = {i: simulator.step(state, u, 0.004, enabled=on) for i, state, u, on in each}
     return [results[i] for i in sorted(results)]
 
 
@@ -71,9 +70,8 @@ def test_shuffled_order_and_a_second_model_give_the_same_bits(engine):
 def test_another_process_gives_the_same_bits():
     folder = __file__.rsplit('/', 1)[0]
     program = PROGRAM.format(folder=folder, engine='pybullet', count=100)
-    other = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=True
-    )
+    words = [sys.executable, '-c', program]
+    other = subprocess.run(words, capture_output=True, text=True, check=True)
     assert other.stdout.strip() == digest(run(model('pybullet'), pairs(), range(100)))
 
 

@@ -93,9 +93,8 @@ def test_inputs_reach_the_actuators_in_their_order(robot):
 
 
 def test_scans_keep_their_leading_axis(robot):
-    scan = place(
-        robot, 'viscous_friction', ['yaw', 'wrist'], b=np.array([0.0, 0.01, 0.02])[:, None, None]
-    )
+    b = np.array([0.0, 0.01, 0.02])[:, None, None]
+    scan = place(robot, 'viscous_friction', ['yaw', 'wrist'], b=b)
     start = np.zeros((2, 3))
     q, _ = rollout(Model(robot, [scan]), start, start + 1.0, np.ones((2, 4, 2)), 0.02)
     assert q.shape == (3, 2, 5, 3)

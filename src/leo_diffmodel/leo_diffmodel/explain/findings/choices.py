@@ -25,16 +25,12 @@ Array = np.ndarray
 def choices(found: Search, facts: Facts) -> Choices:
     """What is chosen where folds are left out of the choice, and how often."""
     chosen, resamples = found.chosen.names, found.resamples
-    others = [
-        c for names in resamples for c in names if not any(facts.alike(c, d) for d in chosen)
-    ]
+    drawn = (c for names in resamples for c in names)
+    others = [c for c in drawn if not any(facts.alike(c, d) for d in chosen)]
     more = [c for c in others if not any(widens(c, d) or widens(d, c) for d in chosen)]
-    return Choices(
-        share(resamples, chosen, facts.alike),
-        _sets(found, facts),
-        _counted(others, len(resamples)),
-        _counted(more, len(resamples)),
-    )
+    kept, counts = share(resamples, chosen, facts.alike), len(resamples)
+    instead, wide = (_counted(candidates, counts) for candidates in (others, more))
+    return Choices(kept, _sets(found, facts), instead, wide)
 
 
 def _sets(found: Search, facts: Facts) -> tuple[tuple[tuple[str, ...], float], ...]:
@@ -67,13 +63,9 @@ def other(found: Search, facts: Facts) -> Contender | None:
     """
     weight, chosen = found.weight, found.chosen
     left = weight.unexplained(chosen) - weight.negligible(chosen)
-    near = [
-        s
-        for s in found.sets
-        if _comparable(found, s, facts)
-        and weight.unexplained(s) < left
-        and not weight.surely_ahead(chosen, s)
-    ]
+    able = (s for s in found.sets if _comparable(found, s, facts))
+    less = (s for s in able if weight.unexplained(s) < left)
+    near = [s for s in less if not weight.surely_ahead(chosen, s)]
     if not near:
         return None
     best = min(near, key=weight.unexplained)

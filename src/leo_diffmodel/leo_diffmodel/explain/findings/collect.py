@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.explain.estimate.estimator import FIT, PART, Progress, SCAN
@@ -27,7 +27,7 @@ from leo_sim.model import Model
 
 
 def collect(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     found: Search,
     facts: Facts,
@@ -71,7 +71,7 @@ def collect(
     )
 
 
-def _unknown(recordings: Sequence[Recording], done: Finished) -> Unknown | None:
+def _unknown(recordings: Recordings, done: Finished) -> Unknown | None:
     """The law that is no known effect, with what it does to the held-out error."""
     if done.law is None:
         return None

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.blocks import Blocks
 from leo_diffmodel.compare.errors import Prediction
@@ -27,11 +27,7 @@ Values = tuple[tuple[str, ...], bytes]
 
 
 def held_out(
-    recordings: Sequence[Recording],
-    blocks: Blocks,
-    model: Model,
-    seconds: float,
-    remembering: bool = False,
+    recordings: Recordings, blocks: Blocks, model: Model, seconds: float, remembering: bool = False
 ) -> Windows | None:
     """Windows of so many seconds in held-out data; None where the recordings are too short.
 
@@ -61,7 +57,7 @@ class HeldOut:
     @classmethod
     def of(
         cls,
-        recordings: Sequence[Recording],
+        recordings: Recordings,
         posed: Posed,
         fitted: Fit,
         model: Model,

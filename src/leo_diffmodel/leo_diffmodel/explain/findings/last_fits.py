@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.explain.estimate.estimator import Estimate, Progress
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, linear_part
@@ -37,7 +37,7 @@ class Finished:
 
 
 def finish(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     found: Search,
     facts: Facts,
@@ -64,7 +64,7 @@ def finish(
 
 
 def _with_law(
-    recordings: Sequence[Recording], found: Search, progress: Progress
+    recordings: Recordings, found: Search, progress: Progress
 ) -> tuple[Search, Attempt | None]:
     """The search next to the law that is no known effect, and that law; None without one.
 

@@ -94,13 +94,11 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
             yield Rival(rival, behind, same_thing(candidate, rival, facts) if near else None)
 
 
-def _in_place_of(
-    candidate: Candidate, names: Names, other: Names, facts: Facts
-) -> Candidate | None:
+def _in_place_of(effect: Candidate, names: Names, other: Names, facts: Facts) -> Candidate | None:
     """What another set of as many effects has for this one; None where more differs."""
     if len(other) != len(names):
         return None
-    rest = names - {candidate}
+    rest = names - {effect}
     less, more = rest - other, other - rest
     left = [c for c in more if not any(facts.alike(c, d) for d in less)]
     able = all(any(facts.alike(c, d) for c in more) for d in less)
@@ -147,10 +145,8 @@ def _by_recording(
     recording, with Student's t.
     """
     assert problem.block is not None
-    weight = likelihood.robust_weight(
-        final.residual, final.start.shape[-1], problem.numerics, final.typical
-    )
-    column = final.columns[..., index]
+    column, channels = final.columns[..., index], final.start.shape[-1]
+    weight = likelihood.robust_weight(final.residual, channels, problem.numerics, final.typical)
     slopes = (weight * column * final.residual).sum(axis=-1)
     curvature = (weight * column**2).sum(axis=-1)
     for number, bag in enumerate(bags):

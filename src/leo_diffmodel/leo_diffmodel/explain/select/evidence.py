@@ -193,10 +193,8 @@ def score(at: Estimate) -> Scored:
     for number, move in _moves(fitted, residual, columns, fold, numerics).items():
         inside = fold == number
         moved[inside] += columns[inside] @ move
-    channels = fitted.start.shape[-1]
-    before, after = (
-        likelihood.loss(e, channels, numerics, fitted.typical) for e in (residual, moved)
-    )
+    how = fitted.start.shape[-1], numerics, fitted.typical
+    before, after = (likelihood.loss(e, *how) for e in (residual, moved))
     return Scored(at, fitted.loss[train] + (after - before), fold)
 
 
@@ -243,9 +241,8 @@ def _refitted(
     channels, errors = fitted.start.shape[-1], fitted.standard_errors[seen]
     move = np.zeros(len(end))
     for _ in range(numerics.refits):
-        slopes, grams = derivatives(
-            columns, residual + columns @ move, channels, numerics, fitted.typical
-        )
+        moved_by = residual + columns @ move
+        slopes, grams = derivatives(columns, moved_by, channels, numerics, fitted.typical)
         slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[seen]
         step = -solved(grams.sum(axis=0)[np.ix_(seen, seen)], slope, numerics.least_damping)
         moved, bound = move[seen] + step, numerics.farthest_errors * errors

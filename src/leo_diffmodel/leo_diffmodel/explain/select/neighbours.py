@@ -6,13 +6,12 @@ Of each of the best sets, effects that the folds do not support are taken out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit, linear_part
 from leo_diffmodel.explain.estimate.rounds import ORDINARY
@@ -22,7 +21,7 @@ from leo_diffmodel.explain.select.sets import chosen, Names, Sets
 
 
 def searched(
-    sets: Sets, first: Estimate, recordings: Sequence[Recording], near: Fit | None = None
+    sets: Sets, first: Estimate, recordings: Recordings, near: Fit | None = None
 ) -> Scored:
     """The set that is chosen once all near it are known; the best so far if the time is over.
 

@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
@@ -97,7 +97,7 @@ class Search:
 
 
 def search(
-    recordings: Sequence[Recording],
+    recordings: Recordings,
     model: Model,
     posed: Posed,
     extra: Sequence[Effect] = (),

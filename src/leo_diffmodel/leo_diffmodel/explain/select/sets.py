@@ -56,11 +56,8 @@ class Sets:
     @property
     def untried(self) -> tuple[str, ...]:
         """What there was no time for, in words."""
-        return tuple(
-            ' + '.join(c.label for c in added)
-            for e in self.extensions.values()
-            for added in e.untried
-        )
+        tried = self.extensions.values()
+        return tuple(' + '.join(c.label for c in added) for e in tried for added in e.untried)
 
     @property
     def scans(self) -> tuple[Scan, ...]:

@@ -121,11 +121,9 @@ def narrowed(found: Sets, best: Scored, resamples: Sequence[Names], alike: Alike
     return narrow if supported(known, narrow, found.weight, found.threshold) else best
 
 
-def _narrowed(
-    found: Sets, candidate: Candidate, resamples: Sequence[Names], alike: Alike
-) -> Candidate:
+def _narrowed(found: Sets, wide: Candidate, resamples: Sequence[Names], alike: Alike) -> Candidate:
     """The effect, or the widest law in it that enough resamples hold where they do not hold it."""
-    narrower = [c for c in found.pool if widens(candidate, c)]
-    laws = [candidate, *sorted(narrower, key=lambda c: -len(c.parameters))]
+    narrower = [c for c in found.pool if widens(wide, c)]
+    laws = [wide, *sorted(narrower, key=lambda c: -len(c.parameters))]
     stable = found.settings.gates.stable
-    return next((c for c in laws if share(resamples, [c], alike) >= stable), candidate)
+    return next((c for c in laws if share(resamples, [c], alike) >= stable), wide)

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Episode, Recordings
 from leo_diffmodel.compare.sizes import in_volts
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.covariance import covariance
@@ -93,12 +92,7 @@ class Attempt:
 
 
 def attempt(
-    recordings: Sequence[Recording],
-    posed: Posed,
-    base: Fit,
-    left: Influence,
-    weight: Weight,
-    curve: Curve,
+    recordings: Recordings, posed: Posed, base: Fit, left: Influence, weight: Weight, curve: Curve
 ) -> Attempt:
     """The law of a curve, fitted together with the base's own parameters."""
     law = law_of(left, curve, weight)
@@ -154,10 +148,8 @@ def _trace(left: Influence, law: Law) -> Array:
     return np.asarray((left.answer[..., curve.joint] @ torque[..., None])[..., 0])
 
 
-def _linear_fit(
-    problem: Problem, base: Fit, hypothesis: Hypothesis, theta: Array, trace: Array
-) -> Fit:
-    """A fit of a law, the last of `hypothesis`, and what `base` holds, nothing simulated.
+def _linear_fit(problem: Problem, base: Fit, whole: Hypothesis, theta: Array, trace: Array) -> Fit:
+    """A fit of a law, the last of `whole`, and what `base` holds, nothing simulated.
 
     The law's size alone is free, in place of its first parameter. `trace` (W, N) is what the law
     does to the prediction, initial states projected out.
@@ -171,10 +163,10 @@ def _linear_fit(
     block = np.arange(len(train)) if problem.block is None else problem.block
     spread = likelihood.dispersion(residual[train], channels)
     data = columns[train], residual[train], block[train]
-    errors = covariance(*data, hypothesis.prior(theta), spread, channels, numerics, typical)
+    errors = covariance(*data, whole.prior(theta), spread, channels, numerics, typical)
     return replace(
         base,
-        hypothesis=hypothesis,
+        hypothesis=whole,
         theta=theta,
         covariance=errors,
         beyond=np.insert(base.beyond, places, 0.0, axis=0),
@@ -219,7 +211,7 @@ def _on_the_ground(made: Attempt) -> Attempt:
     return replace(made, scored=scored(Estimate(settled.posed, settled.fit)))
 
 
-def _with_long_past(recordings: Sequence[Recording], posed: Posed) -> Posed:
+def _with_long_past(recordings: Recordings, posed: Posed) -> Posed:
     """The problem with as much history as a memory of the path needs."""
 
     def remembering(problem: Problem) -> Problem:
@@ -229,7 +221,7 @@ def _with_long_past(recordings: Sequence[Recording], posed: Posed) -> Posed:
     return replace(posed, problem=remembering(posed.problem), longer=longer)
 
 
-def with_past(recordings: Sequence[Recording], windows: Windows, numerics: Numerics) -> Windows:
+def with_past(recordings: Recordings, windows: Windows, numerics: Numerics) -> Windows:
     """These windows with much history each, which a memory of the path needs.
 
     Where an episode has fewer, its first sample is repeated for an instant.

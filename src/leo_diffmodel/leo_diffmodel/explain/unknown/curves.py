@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Episode, Recordings
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.influence import Influence
 from leo_diffmodel.explain.unknown.regression import Regression, Score
@@ -183,7 +183,7 @@ def _spread(name: str, of: str, unit: str, values: Array, grids: Grids) -> Itera
         yield Variable(name, of, unit, values, knots)
 
 
-def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array]:
+def paths(recordings: Recordings, left: Influence) -> dict[float, Array]:
     """For each reach the state of Dahl's friction in each stretch, -1 to 1, shape (W, G, J)."""
     time, windows, reaches = left.time, left.problem.windows, left.problem.grids.reaches
     z = np.zeros((len(reaches), *left.q.shape))

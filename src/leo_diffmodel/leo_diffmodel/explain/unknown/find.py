@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.estimator import Estimate, FIT, Progress
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of
@@ -28,7 +28,7 @@ Named = Mapping[Names, Scored]
 
 
 def find(
-    recordings: Sequence[Recording], found: Search, progress: Progress = lambda *_: None
+    recordings: Recordings, found: Search, progress: Progress = lambda *_: None
 ) -> Attempt | None:
     """The law that what is known, the final hypothesis, cannot stand for, if any."""
     if found.weight.leaves_noise(found.chosen, found.threshold):
@@ -92,9 +92,7 @@ def _unfitted(law: Attempt, named: Named, laws: Mapping[Names, Attempt]) -> list
     return [p | {law.candidate} for p in parts if p in named and p | {law.candidate} not in laws]
 
 
-def _bases(
-    recordings: Sequence[Recording], found: Search
-) -> Iterator[tuple[Fit, Influence, list[Curve]]]:
+def _bases(recordings: Recordings, found: Search) -> Iterator[tuple[Fit, Influence, list[Curve]]]:
     """The model as given and what was chosen, with what each leaves and its curves, best first.
 
     A law may stand for one or two effects; beside more, which were chosen together, it is looked
@@ -117,9 +115,7 @@ def _bases(
         yield final, *(after or _curves(recordings, problem, final))
 
 
-def _curves(
-    recordings: Sequence[Recording], problem: Problem, base: Fit
-) -> tuple[Influence, list[Curve]]:
+def _curves(recordings: Recordings, problem: Problem, base: Fit) -> tuple[Influence, list[Curve]]:
     left = influence(problem, base)
     return left, curves(left, paths(recordings, left))
 
@@ -130,11 +126,7 @@ def _shows(curve: Curve, found: Search) -> bool:
 
 
 def _tried(
-    recordings: Sequence[Recording],
-    found: Search,
-    base: Fit,
-    left: Influence,
-    best: Sequence[Curve],
+    recordings: Recordings, found: Search, base: Fit, left: Influence, best: Sequence[Curve]
 ) -> list[Attempt]:
     """The laws of the best curves, one of each variable and carrier, fitted with the base."""
     first: dict[tuple, Curve] = {}

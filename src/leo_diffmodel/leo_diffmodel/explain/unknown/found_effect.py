@@ -114,13 +114,7 @@ class FoundEffect(Effect):
         return u + self._at(p, u) * self.per_torque, memory
 
     def torque(
-        self,
-        p: Values,
-        q: Array,
-        dq: Array,
-        motor: Motor,
-        load: Numbers | None,
-        memory: Any = None,
+        self, p: Values, q: Array, dq: Array, motor: Motor, load: Any, memory: Any = None
     ) -> Any:
         """Torque at the joint [N m]."""
         of = {'angle': q, 'rate': dq, 'load': load, 'input': motor.torque}
@@ -169,17 +163,12 @@ def text_of(effect: FoundEffect) -> str:
         equation=effect.equation,
         looks_like=effect.looks_like,
     )
+    own = {'names': names, 'law': effect.text}
     if effect.hook == 'command':
-        per_torque = float(effect.per_torque)
-        return head + COMMAND.format(names=names, law=effect.text, per_torque=per_torque)
+        return head + COMMAND.format(per_torque=float(effect.per_torque), **own)
     flags = ''.join(f'    {name} = True\n' for name in FLAGS if getattr(effect, name))
-    law = TORQUE.format(
-        memory=MEMORY.get(effect.variable, ''),
-        x=SOURCES[effect.variable],
-        names=names,
-        law=effect.text,
-        result=RESULTS[effect.carrier],
-    )
+    memory, result = MEMORY.get(effect.variable, ''), RESULTS[effect.carrier]
+    law = TORQUE.format(memory=memory, x=SOURCES[effect.variable], result=result, **own)
     return head + flags + law + REMEMBERED.get(effect.variable, '')
 
 

@@ -106,21 +106,19 @@ class Regression:
         inverse = np.linalg.inv(_ridged(matrix, self._ridge)) if len(matrix) else matrix
         return inverse @ cross, inverse @ slope
 
-    def _sum(
-        self, torque: Array, answered: Array, own: tuple[Array, Array], chosen: Array
-    ) -> _Normal:
-        """Normal equations of the coefficients on chosen windows, the parameters taken out."""
+    def _sum(self, torque: Array, answered: Array, own: tuple[Array, ...], fold: Array) -> _Normal:
+        """Normal equations of the coefficients on fold windows, the parameters taken out."""
         count = self._stretches
-        part, answer = torque[chosen], answered[chosen]
+        part, answer = torque[fold], answered[fold]
         cross = answer[:, count:].sum(axis=0).swapaxes(0, 1)
         matrix = np.einsum('wgfb,wgfc->fbc', part, answer[:, :count])
-        slope = np.einsum('wgfb,wg->fb', part, self._slope[chosen, :count])
+        slope = np.einsum('wgfb,wg->fb', part, self._slope[fold, :count])
         by_law, by_rest = own
-        inner = self._matrix[chosen, count:, count:].sum(axis=0)
+        inner = self._matrix[fold, count:, count:].sum(axis=0)
         moved = np.swapaxes(by_law, -1, -2)
         mixed = np.swapaxes(cross, -1, -2) @ by_law
         matrix = matrix - mixed - np.swapaxes(mixed, -1, -2) + moved @ inner @ by_law
-        rest = self._slope[chosen, count:].sum(axis=0) - inner @ by_rest
+        rest = self._slope[fold, count:].sum(axis=0) - inner @ by_rest
         slope = slope - np.swapaxes(cross, -1, -2) @ by_rest - moved @ rest
         return _Normal(matrix, slope)
 

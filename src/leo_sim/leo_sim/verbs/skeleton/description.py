@@ -33,10 +33,9 @@ class Description:
 
 
 def read_urdf(path: Path, text: str, root: Element) -> Description:
-    if any(
-        'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
-        for element in root.iter()
-    ):
+    values = (value for element in root.iter() for value in element.attrib.values())
+    called = any('xacro' in element.tag for element in root.iter())
+    if called or any('${' in value or '$(' in value for value in values):
         raise UserError(
             f'{path} is xacro, not yet a URDF; expand it first: xacro {path} > robot.urdf'
         )

@@ -79,14 +79,9 @@ def _add_body(root: Element, model: Any, body: int, above: Any) -> Any:
             _add_link(root, child, LIGHT, at * 0, np.full(3, LIGHT**2), Rotation.identity())
     if not count:
         _add_joint(root, model, None, (parent, _link(model, body)), place, turned)
-    _add_link(
-        root,
-        _link(model, body),
-        model.body_mass[body],
-        model.body_ipos[body] - at,
-        model.body_inertia[body],
-        Rotation.from_quat(model.body_iquat[body], scalar_first=True),
-    )
+    axes = Rotation.from_quat(model.body_iquat[body], scalar_first=True)
+    mass, com = model.body_mass[body], model.body_ipos[body] - at
+    _add_link(root, _link(model, body), mass, com, model.body_inertia[body], axes)
     return at
 
 
@@ -144,11 +139,9 @@ def _strength(model: Any, i: int) -> float:
 def _effort(model: Any, i: int) -> float:
     """Largest torque of an actuator, N m (N); 0 where the file does not say."""
     gear = abs(float(model.actuator_gear[i, 0]))
-    most = (
-        [float(np.max(np.abs(model.actuator_forcerange[i]))) * gear]
-        if model.actuator_forcelimited[i]
-        else []
-    )
+    most = []
+    if model.actuator_forcelimited[i]:
+        most.append(float(np.max(np.abs(model.actuator_forcerange[i]))) * gear)
     if model.actuator_ctrllimited[i] and not _is_servo(model, i):
         range_of = float(np.max(np.abs(model.actuator_ctrlrange[i])))
         most.append(abs(_strength(model, i)) * range_of)

@@ -49,11 +49,8 @@ def actuators(
     `loads` are the largest torques of gravity at each moving joint, N m (N); `kind` is 'torque',
     'voltage' or 'position'.
     """
-    found = {
-        joint: _figures(description, joint, load, kind, joint in slides)
-        for joint, load in loads.items()
-        if description.motors is None or joint in description.motors
-    }
+    driven = [j for j in loads if description.motors is None or j in description.motors]
+    found = {j: _figures(description, j, loads[j], kind, j in slides) for j in driven}
     for joint in slides & found.keys():
         found[joint] = {
             key: replace(guess, unit=sliding(guess.unit), source=sliding(guess.source))
@@ -62,22 +59,20 @@ def actuators(
     return found
 
 
-def _figures(
-    description: Description, joint: str, load: float, kind: str, slides: bool
-) -> Figures:
-    torque = _torque(description.efforts.get(joint), load, slides)
-    why = 'rotor x (its angle per m)^2' if slides else 'rotor x gear ratio^2'
+def _figures(description: Description, joint: str, load: float, kind: str, slide: bool) -> Figures:
+    torque = _torque(description.efforts.get(joint), load, slide)
+    why = 'rotor x (its angle per m)^2' if slide else 'rotor x gear ratio^2'
     rotor = Guess(0.0, 'kg m2', why, True)
     if joint in description.rotors:
         rotor = Guess(description.rotors[joint], 'kg m2', "the MJCF's armature", False)
     if kind == 'torque':
         return {'limit': torque, 'rotor_inertia': rotor}
-    speed = description.speeds.get(joint, SLIDING if slides else SPEED)
+    speed = description.speeds.get(joint, SLIDING if slide else SPEED)
     constant = SUPPLY / speed
     largest = Guess(SUPPLY, 'V', 'largest command', True)
     loop = {}
     if kind == 'position':
-        most, full = (SLID, FULL_DUTY_SLIDE) if slides else (TURNED, FULL_DUTY)
+        most, full = (SLID, FULL_DUTY_SLIDE) if slide else (TURNED, FULL_DUTY)
         largest = Guess(most, 'rad', 'goals from -limit to limit', True)
         gain = Guess(_rounded(1 / full), '1/rad', 'duty for 1 rad, a guess', True)
         loop = {'position_gain': gain}

@@ -21,9 +21,8 @@ def chosen(names, *turns):
     """What is made of a search that chose some effects, and of so many turns of each set."""
     sets = [frozenset(names) for names, count in turns for _ in range(count)]
     final = SimpleNamespace(hypothesis=SimpleNamespace(candidates=tuple(names)))
-    found = SimpleNamespace(
-        chosen=SimpleNamespace(names=frozenset(names)), resamples=tuple(sets), final=final
-    )
+    chosen = SimpleNamespace(names=frozenset(names))
+    found = SimpleNamespace(chosen=chosen, resamples=tuple(sets), final=final)
     return choices(found, Facts(PENDULUM, False))
 
 

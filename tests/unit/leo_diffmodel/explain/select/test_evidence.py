@@ -50,10 +50,8 @@ def test_a_parameter_that_one_fold_alone_tells_stays_where_it_is_without_it():
 @pytest.fixture(scope='module')
 def misfit():
     """A robot with friction of another kind than the one that is fitted, and a delay."""
-    effects = [
-        place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
-        place(TORQUE, 'command_delay', 'pivot', delay=0.005),
-    ]
+    rubs = place(TORQUE, 'coulomb_friction', 'pivot', c=0.1)
+    effects = rubs, place(TORQUE, 'command_delay', 'pivot', delay=0.005)
     problem = pose([record(TORQUE, *effects, seconds=12)], [], Model(TORQUE))
     names = ('viscous_friction', 'torque_scale')
     held = tuple(c for n in names for c in candidates(Model(TORQUE)) if c.effect.name == n)

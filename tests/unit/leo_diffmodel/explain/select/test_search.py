@@ -27,6 +27,10 @@ from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
 SEEDS = range(20, 25)
+TWO = (
+    place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
+    place(TORQUE, 'command_delay', 'pivot', delay=0.02),
+)
 FEW = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'command_delay', 'bias_torque')
 
 
@@ -41,10 +45,8 @@ def names(found: Search) -> set[str]:
 @pytest.fixture(scope='module')
 def clean() -> list[Search]:
     """Single effects on bags without any."""
-    robots = (PENDULUM, TORQUE)
-    return [
-        searched([record(robots[s % 2], seconds=8, seed=s)], Model(robots[s % 2])) for s in SEEDS
-    ]
+    each = [((PENDULUM, TORQUE)[seed % 2], seed) for seed in SEEDS]
+    return [searched([record(robot, seconds=8, seed=s)], Model(robot)) for robot, s in each]
 
 
 def test_noise_alone_stays_below_the_threshold(clean):
@@ -93,11 +95,9 @@ def test_a_wider_law_is_fitted_from_the_narrower_one_too(monkeypatch):
 
 def test_the_largest_effect_comes_first(monkeypatch):
     among(monkeypatch, Model(TORQUE), *FEW, 'voltage_scale', 'torque_scale')
-    effects = (
-        place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
-        place(TORQUE, 'voltage_scale', 'pivot', k=0.7),
-    )
-    found = searched([record(TORQUE, *effects, seconds=10)], Model(TORQUE))
+    rubs = place(TORQUE, 'coulomb_friction', 'pivot', c=0.1)
+    weak = place(TORQUE, 'voltage_scale', 'pivot', k=0.7)
+    found = searched([record(TORQUE, rubs, weak, seconds=10)], Model(TORQUE))
     first, second = found.final.hypothesis.candidates
     assert first.effect.name in ('voltage_scale', 'torque_scale')
     assert second.effect.name == 'coulomb_friction'
@@ -123,11 +123,7 @@ def test_held_out_data_never_move_a_fit():
 @pytest.fixture(scope='module', params=[1, pytest.param(2, marks=pytest.mark.slow)])
 def both(request) -> list:
     """Three bags with two effects."""
-    effects = [
-        place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
-        place(TORQUE, 'command_delay', 'pivot', delay=0.02),
-    ]
-    return [record(TORQUE, *effects, seconds=5, seed=10 * request.param + s) for s in range(3)]
+    return [record(TORQUE, *TWO, seconds=5, seed=10 * request.param + s) for s in range(3)]
 
 
 def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, monkeypatch):
@@ -135,9 +131,8 @@ def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, monk
     among(monkeypatch, Model(TORQUE), *FEW)
     assert names(searched(both, Model(TORQUE))) == right
     among(monkeypatch, Model(TORQUE), *FEW[::-1])
-    halved = [
-        rounded(replace(r, episodes=tuple(every(e, 2) for e in r.episodes))) for r in both[::-1]
-    ]
+    fewer = [tuple(every(e, 2) for e in bag.episodes) for bag in both[::-1]]
+    halved = [rounded(replace(bag, episodes=e)) for bag, e in zip(both[::-1], fewer, strict=True)]
     assert len(halved[0].episodes[0].t) == 250
     assert names(searched(halved, Model(TORQUE))) == right
 
@@ -178,11 +173,16 @@ def test_one_effect_is_preferred_to_two_that_do_what_it_does(monkeypatch):
     assert found.final.theta == pytest.approx([1.3], rel=0.05)
 
 
-def test_what_comes_near_to_a_torque_that_was_found():
+def pulled():
+    """Of data with a constant torque: the problem, its fit without, a scanner, and the model."""
     data, model = record(TORQUE, place(TORQUE, 'bias_torque', 'pivot', t=0.2)), Model(TORQUE)
     problem = pose([data], [], model).problem
     null = fit(problem, Hypothesis())
-    scanner = Scanner(problem, null, scales_of(model, problem.windows))
+    return problem, null, Scanner(problem, null, scales_of(model, problem.windows)), model
+
+
+def test_what_comes_near_to_a_torque_that_was_found():
+    problem, _, scanner, model = pulled()
     scans = [scanner.scan(c) for c in candidates(model)]
     fitted = fit(problem, Hypothesis((candidate(model, 'bias_torque'),)))
     (near,) = imitations(problem, fitted, scans)
@@ -195,12 +195,10 @@ def test_what_comes_near_to_a_torque_that_was_found():
 
 
 def test_ripples_of_other_periods_come_near_where_a_joint_moves_little():
-    data, model = record(TORQUE, place(TORQUE, 'bias_torque', 'pivot', t=0.2)), Model(TORQUE)
-    problem = pose([data], [], model).problem
+    problem, null, scanner, model = pulled()
     held = replace(problem, windows=replace(problem.windows, q=1.0 + 0.05 * problem.windows.q))
     ripple = candidate(model, 'torque_ripple')
-    null = fit(problem, Hypothesis())
-    scan = Scanner(problem, null, scales_of(model, problem.windows)).scan(ripple)
+    scan = scanner.scan(ripple)
     theta = np.array([0.5, 3.0, 0.8])
     fitted = replace(null, hypothesis=Hypothesis((ripple,)), theta=theta)
     found = [s.theta for s in imitations(held, fitted, [scan])]
@@ -226,11 +224,7 @@ def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_make
 
 def test_two_effects_are_both_named_with_their_sizes(monkeypatch):
     among(monkeypatch, Model(TORQUE), *FEW)
-    truth = [
-        place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
-        place(TORQUE, 'command_delay', 'pivot', delay=0.02),
-    ]
-    answer = explain([record(TORQUE, *truth, seconds=8)], Model(TORQUE))
+    answer = explain([record(TORQUE, *TWO, seconds=8)], Model(TORQUE))
     found = {e['name']: e['parameters'] for e in answer.effects}
     assert answer.verdict == 'named' and set(found) == {'coulomb_friction', 'command_delay'}
     assert found['coulomb_friction']['c']['value'] == pytest.approx(0.2, rel=0.05)
@@ -246,11 +240,9 @@ def test_a_constant_at_its_bound_hides_no_effect(seed, monkeypatch):
     near = 'encoder_offset actuator_lag command_delay measurement_delay velocity_lag bias_torque'
     among(monkeypatch, Model(robot), *near.split(), 'link_com', 'viscous_friction')
     low = robot.constants['sensors.pivot.offset'].uncertain[0]
-    effects = [
-        place(robot, 'encoder_offset', 'pivot', o=2 * low),
-        place(robot, 'actuator_lag', 'pivot', tau=0.01),
-    ]
-    answer = explain([record(robot, *effects, seconds=15, seed=seed)], Model(robot))
+    off = place(robot, 'encoder_offset', 'pivot', o=2 * low)
+    lags = place(robot, 'actuator_lag', 'pivot', tau=0.01)
+    answer = explain([record(robot, off, lags, seconds=15, seed=seed)], Model(robot))
     assert {e['name'] for e in answer.effects} == {'encoder_offset', 'actuator_lag'}
 
 

@@ -109,9 +109,8 @@ def test_two_that_hide_each_other_are_found_together():
 def test_the_order_of_the_candidates_does_not_matter(seed):
     truth = {'armature': 0.15, 'coulomb_friction': 0.3, 'viscous_friction': -0.2}
     estimator = regression(truth, seed, alike=0.5)
-    answers = [
-        found(estimator, tuple(np.random.default_rng(s).permutation(NAMES))) for s in range(3)
-    ]
+    orders = (tuple(np.random.default_rng(s).permutation(NAMES)) for s in range(3))
+    answers = [found(estimator, order) for order in orders]
     assert all(best == answers[0][0] for best, _ in answers)
     assert {frozenset(t) for _, t in answers[1:]} == {frozenset(answers[0][1])}
 
@@ -119,9 +118,8 @@ def test_the_order_of_the_candidates_does_not_matter(seed):
 def test_the_order_of_the_recordings_does_not_matter():
     truth = {'armature': 0.4, 'coulomb_friction': 0.3}
     forward = regression(truth, 5, alike=0.5)
-    back = Regression(
-        forward.data[::-1], {n: c[::-1] for n, c in forward.columns.items()}, posed(FOLD), LIMIT
-    )
+    columns = {n: c[::-1] for n, c in forward.columns.items()}
+    back = Regression(forward.data[::-1], columns, posed(FOLD), LIMIT)
     assert found(forward)[0] == found(back)[0] == set(truth)
 
 
@@ -188,10 +186,8 @@ def test_two_effects_that_predict_what_one_does_are_no_better_answer(
     """Errors far ahead in noise floors; the two save more than the one, no part of them."""
     sets = left(**nats)
     errors = {'': off - whole, 'coulomb_friction': off - beyond, 'armature_bias_torque': off}
-    told = [
-        replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
-        for s in sets
-    ]
+    ends = [errors.get('_'.join(sorted(names(s))), -1e4) for s in sets]
+    told = [replace(s, ends=np.full((5, 2), e)) for s, e in zip(sets, ends, strict=True)]
     assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right
 
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws that are no known effect: the variable is found, and known effects keep their names."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -137,12 +136,8 @@ def test_a_sine_in_time_is_never_read_at_knots():
 def test_a_law_of_the_catalogue_is_known(variable, named, known):
     """A negative viscous friction or spring is none of its laws, nor half a period a turn."""
     curve = SimpleNamespace(carrier='torque', variable=SimpleNamespace(name=variable))
-    law = Law(
-        curve,
-        SimpleNamespace(polar='phase' in named),
-        tuple(Parameter(n, '') for n in named),
-        np.array(list(named.values())),
-    )
+    family, values = SimpleNamespace(polar='phase' in named), np.array(list(named.values()))
+    law = Law(curve, family, tuple(Parameter(n, '') for n in named), values)
     assert law.known(SETTINGS.gates.law_periods) is known
 
 
@@ -161,21 +156,11 @@ def test_a_prediction_beyond_all_measured_rates_runs_away(rate):
     assert replace(left, dq=np.where(left.dq == left.dq.max(), rate, left.dq)).runs_away
 
 
-def _square(t: np.ndarray) -> np.ndarray:
-    return 0.3 * np.sign(np.sin(2 * np.pi * 0.9 * t))
-
-
-def _beat(t: np.ndarray) -> np.ndarray:
-    return 0.3 * np.sin(2 * np.pi * 0.7 * t) ** 3
-
-
-@pytest.mark.parametrize(
-    'law',
-    [pytest.param(_square, id='_square'), pytest.param(_beat, id='_beat', marks=pytest.mark.slow)],
-)
-def test_a_rhythm_of_another_shape_is_a_matter_of_time(law: Callable):
-    push = law(0.01 * np.arange(100 * SECONDS))[:, None]
-    answer = unknown(TORQUE, push=push)
+@pytest.mark.parametrize('shape', ['square', pytest.param('beat', marks=pytest.mark.slow)])
+def test_a_rhythm_of_another_shape_is_a_matter_of_time(shape):
+    turn = 2 * np.pi * 0.01 * np.arange(100 * SECONDS)[:, None]
+    push = np.sign(np.sin(0.9 * turn)) if shape == 'square' else np.sin(0.7 * turn) ** 3
+    answer = unknown(TORQUE, push=0.3 * push)
     assert answer is not None and answer.variable == 'time'
     assert answer.r2_held_out > 0.5
 
