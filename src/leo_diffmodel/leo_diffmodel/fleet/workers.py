@@ -9,7 +9,7 @@ import logging
 from typing import Any, NamedTuple, TypeVar
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.common.cores import processes
+from leo_sim.common.cores import in_processes
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -39,12 +39,10 @@ class Workers(NamedTuple):
 def _by_processes(
     function: Callable[[Item], Result], items: Sequence[Item], jobs: int
 ) -> Iterator[Result]:
-    from joblib import delayed
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-    parallel = processes(jobs, return_as='generator_unordered')
     try:
-        yield from parallel(delayed(function)(item) for item in items)
+        yield from in_processes(jobs, function, items, return_as='generator_unordered')
     except TerminatedWorkerError as error:
         raise UserError(f'a process was killed, for memory perhaps; {GO_ON}') from error
 

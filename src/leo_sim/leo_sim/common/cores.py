@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cores that this process may use, and work that threads or processes share there."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
 import itertools
+import multiprocessing.resource_tracker
 import os
+import signal
 from threading import Thread
 import time
 from typing import Any, TypeVar
+
+from leo_msgs_py.ending import SIGNALS
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -58,13 +62,36 @@ def at_once(function: Callable[[Item], Result], items: Sequence[Item]) -> list[R
         return [*pool.map(function, items)]
 
 
-def processes(number: int, **options: Any) -> Any:
-    """Joblib's `Parallel` by so many processes of one thread, which end when this one has."""
-    from joblib import Parallel, parallel_config
+def in_processes(
+    number: int, function: Callable[[Item], Result], items: Iterable[Item], **options: Any
+) -> Iterator[Result]:
+    """The function of each item by so many processes of one thread, which end with this one.
+
+    `options` are those of joblib's `Parallel`.
+    """
+    from joblib import delayed, Parallel, parallel_config
 
     ended = {'initializer': _watch, 'initargs': (os.getpid(),)}
-    with parallel_config('loky', inner_max_num_threads=1, **ended):
-        return Parallel(number, **options)
+    with _deaf(), parallel_config('loky', inner_max_num_threads=1, **ended):
+        results: Iterator[Result] = Parallel(number, **options)(
+            delayed(function)(i) for i in items
+        )
+        return results
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes that start meanwhile leave it to this one what a terminal's signal ends."""
+    from joblib.externals.loky.backend import resource_tracker
+
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    try:
+        for tracker in (resource_tracker, multiprocessing.resource_tracker):
+            tracker.ensure_running()
+            signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # that unblocks two of them
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _watch(parent: int) -> None:

@@ -5,41 +5,61 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 import multiprocessing
-from threading import Timer
+from threading import Event, Thread
 import time
 from typing import Any, TypeVar
 
-from joblib import delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 import numpy as np
 
-from leo_sim.common.cores import cores, processes
+from leo_sim.common.cores import cores, in_processes
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
-_starts: list[Timer] = []
+
+
+class Processes:
+    """A process for each core: they start with a list that comes after some work."""
+
+    def __init__(self, first: Callable[..., Any], after: float) -> None:
+        self._begin, self._from = partial(_begin, first), time.process_time() + after
+        self._start, self.there = Thread(target=self._started), Event()
+
+    def ready(self) -> bool:
+        """Whether they have started; they are told to where it is time."""
+        if self._start.ident is None and time.process_time() >= self._from:
+            self._start.start()
+        return self.there.is_set()
+
+    def _started(self) -> None:
+        with suppress(TerminatedWorkerError):
+            deque(_parallel(self._begin, range(cores())), 0)
+            self.there.set()
+
+    def over(self) -> None:
+        if self._start.is_alive():
+            self._start.join()
+
+
+_processes: list[Processes] = []
 
 
 @contextmanager
 def by_processes(first: Callable[..., Any], after: float, able: bool = True) -> Iterator[None]:
     """Send trials to a process for each core meanwhile, once these have started.
 
-    They are begun `after` s, and import the module of `first`. Not `able` where a user's own code
-    may be unfit to be sent.
+    They start with a list that comes when this process has worked `after` s, and import the module
+    of `first`. Not `able` where a user's own code may be unfit to be sent.
     """
-    start = Timer(after, lambda: deque(_parallel(partial(_begin, first), range(cores())), 0))
-    _starts.append(start)
-    if able and cores() > 1 and not multiprocessing.current_process().daemon:
-        start.start()
+    able = able and cores() > 1 and not multiprocessing.current_process().daemon
+    _processes.append(Processes(first, after if able else np.inf))
     try:
         yield
     finally:
-        _starts.pop().cancel()
-        if start.is_alive():
-            start.join()
+        _processes.pop().over()
 
 
 def spread(
@@ -70,7 +90,7 @@ def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator
     """Where a process is killed, for memory perhaps, all that is left is done here."""
     count = 0
     while count < len(items):
-        if not (_starts and _starts[-1].finished.is_set() and items[count + 1 :]):
+        if not (items[count + 1 :] and _processes and _processes[-1].ready()):
             yield function(items[count])
             count += 1
             continue
@@ -79,15 +99,14 @@ def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator
                 yield result
                 count += 1
         except TerminatedWorkerError:
-            _starts[-1].finished.clear()
+            _processes[-1].there.clear()
 
 
 def _parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
     several = max(1, len(items) // (4 * cores()))  # each batch has a copy of the function's data
     # no memory maps: these are read-only, and compiled code would be compiled anew for them
-    parallel = processes(cores(), return_as='generator', batch_size=several, max_nbytes=None)
-    results: Iterator[Result] = parallel(delayed(function)(item) for item in items)
-    return results
+    options = {'return_as': 'generator', 'batch_size': several, 'max_nbytes': None}
+    return in_processes(cores(), function, items, **options)
 
 
 def _in_time(until: float, function: Callable[[Item], Result], item: Item) -> list[Result]:

@@ -25,7 +25,7 @@ from leo_sim.model import Model
 def two():
     """Two processes that have started, for one test."""
     with using(2), trials.by_processes(explain, 0.0):
-        assert trials._starts[-1].finished.wait(60.0)
+        assert not trials._processes[-1].ready() and trials._processes[-1].there.wait(60.0)
         yield
 
 
@@ -77,7 +77,7 @@ def test_one_job_and_many_write_the_same_explain_json(two, monkeypatch, tmp_path
         told = json.loads((tmp_path / jobs / 'explain.json').read_text())
         found.append({k: v for k, v in told.items() if k not in ('seconds', 'provenance')})
         assert sent.called
-        monkeypatch.setattr(trials, '_starts', [])
+        monkeypatch.setattr(trials, '_processes', [])
         sent.side_effect = AssertionError
     assert found[0] == found[1]
 
