@@ -5,8 +5,6 @@ Names are those of compare.json and explain.json. Lists over states are in the o
 all positions, then all rates.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self
 

@@ -5,8 +5,6 @@ Of JointStates, of which a bag is full, `rosbags` takes one of each layout; in t
 only stamp and numbers are read or written.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The `leo` command: finds the verb among the entry points `leo.verbs` and hands over."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

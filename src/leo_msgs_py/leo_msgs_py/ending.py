@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ends a command early: a signal, or the time that it was given."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names from anywhere on a terminal: shown as they are spelt, never obeyed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 import re

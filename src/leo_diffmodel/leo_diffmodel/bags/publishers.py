@@ -5,8 +5,6 @@ Two halves of a robot, each with its own joints, are joined by time. Of two that
 joints one is read. Two that no message tells apart are refused, as their states alternate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple

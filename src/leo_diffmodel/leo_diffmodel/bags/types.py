@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Topics of the graph, types of messages, quality of service as rosbag2 keeps it (YAML)."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 import difflib
 from functools import cache

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The smallest size of each effect that this data can show, and can name."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

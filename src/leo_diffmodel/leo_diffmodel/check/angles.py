@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Angles that are no radians, and speeds that are only differences of angles."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Check recordings: what is wrong with them, and which effects they could show."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import groupby

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each joint was put through: ranges, inputs, motion, time free, and noise against that."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

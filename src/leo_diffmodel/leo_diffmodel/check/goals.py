@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position goals as logged: were they what was sent, and in which row do they act?"""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """When does an input act: from its stamp on, or over the period before it?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

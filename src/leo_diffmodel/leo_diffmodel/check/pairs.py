@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which effects are alike in this data, and which do not show in it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

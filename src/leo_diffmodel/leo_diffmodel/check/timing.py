@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rates, gaps, jitter and stamps of the joint states, and what reading the bag left out."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every effect would leave in this data, at several sizes, before anything is fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Blocks of time: what is held out and resampled together, as errors near in time are alike."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

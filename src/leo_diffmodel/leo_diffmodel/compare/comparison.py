@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compare a model with recordings, without fitting anything: the contents of compare.json."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field

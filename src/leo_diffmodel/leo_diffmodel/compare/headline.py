@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one error of each state that an answer gives: which figure, and how far ahead."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is known of data and model: constants of the robot as recorded, where results come from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 import datetime

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measurement noise of a recording, from what no physics can explain in a short stretch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@
 Sensitivities are to initial states and to torques that the model lacks.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from leo_diffmodel.compare.settings import COMPARE

@@ -6,8 +6,6 @@ states moved, all states of one unit together, then the mean over units. A joint
 it moves, and angles as much as rates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

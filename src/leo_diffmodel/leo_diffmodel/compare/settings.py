@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every number of compare with its unit and reason; facts and guards stand where they are used."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

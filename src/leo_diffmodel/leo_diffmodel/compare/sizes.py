@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Typical sizes of a robot: what motors give, what links weigh, what is large in a unit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import math
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where a model fails: the missing torque by joint and condition, worst first."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

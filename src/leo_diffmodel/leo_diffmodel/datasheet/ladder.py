@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction laws fitted one above the other, and which of them the data ask for."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From recordings of a motor to all that its data sheet says, by fits and predictions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The standard motion of a data sheet: each part shows something that the others do not."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A data sheet as one page: its tables, and the torque that each friction law would explain."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

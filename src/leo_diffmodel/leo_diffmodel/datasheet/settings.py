@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The friction laws that a data sheet compares, and the numbers of its fits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

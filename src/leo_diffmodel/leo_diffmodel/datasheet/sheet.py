@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A data sheet as datasheet.json has it (docs/datasheet.md)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A data sheet in words, for the terminal and the page, and several of them side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From findings to a verdict, by named rules: which of them fired, and by what number."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ Where a payload was found, the robot without its payload must move as the repair
 that effect does, its refitted constants kept. Bags of the robot so changed say whether it does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 
 from leo_diffmodel.bags.recording import Recording

@@ -4,8 +4,6 @@
 The JSON is a contract: docs/reference/contracts.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 import math

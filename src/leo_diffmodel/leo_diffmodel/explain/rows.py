@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rows of explain.json, read off the findings: names, units and figures."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from leo_diffmodel.compare.headline import Figures

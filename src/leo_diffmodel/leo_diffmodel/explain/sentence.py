@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sentence a person reads first, and what to record next."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

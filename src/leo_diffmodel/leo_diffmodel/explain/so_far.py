@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the best fit so far says, with its held-out error: no more than two predictions."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from leo_diffmodel.compare import errors

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An answer in words, part by part: all in one sentence, or a headline and lines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ model up to a factor, and the factors are fitted, so that a model whose friction
 still shows whether gravity pulls the way it should and whether the motor does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

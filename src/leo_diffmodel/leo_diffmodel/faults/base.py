@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a fault of a log is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import math
 from typing import Any, ClassVar

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Look for faults of logs: single sensors first, then the kinematics, then the torques."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fault that was found in a log."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 import math

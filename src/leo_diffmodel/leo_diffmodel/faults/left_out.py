@@ -6,8 +6,6 @@ The input as logged is what is predicted, from the motion, the model and all ord
 too small (errors in variables), the more so where friction takes most of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Undo faults of one log or several by what a topic map can say, in memory or as its lines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby

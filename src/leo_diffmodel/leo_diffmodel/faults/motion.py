@@ -7,8 +7,6 @@ first-order filter, is one that the angle is ahead of. Noise of both channels is
 both are fitted (errors in variables): noise of the speed does not make its scale look small.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Angle and speed contradict each other: which of the two is wrong, or is it the clock?"""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every number of faults with its unit and reason; what a good log may have is in `catalogue`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

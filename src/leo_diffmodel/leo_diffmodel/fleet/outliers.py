@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each robot of a fleet was found to have, and which robots stand out in it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 

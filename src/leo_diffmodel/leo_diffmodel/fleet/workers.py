@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who does independent pieces of work: processes of this machine, or workers of a Dask cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 import logging

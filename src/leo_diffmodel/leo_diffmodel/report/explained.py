@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `leo explain`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import math
 from pathlib import Path

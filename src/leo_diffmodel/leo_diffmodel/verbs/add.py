@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo add: write a new model file with an effect in it, from an explanation or by hand."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 

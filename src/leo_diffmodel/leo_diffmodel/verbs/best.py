@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The best answer so far of a search that may be ended early: written and said as it comes."""
 
-from __future__ import annotations
-
 import argparse
 from contextlib import suppress
 from functools import partial

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What leo compare prints: a model's errors and where it fails, and models side by side."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

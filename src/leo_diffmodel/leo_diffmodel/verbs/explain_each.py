@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo explain --each: every bag by itself, each robot of a fleet beside the others."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from contextlib import redirect_stderr

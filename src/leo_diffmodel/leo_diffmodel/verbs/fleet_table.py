@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The table of a fleet: figures as rows, robots as columns, as many as there is room for."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the verbs share: command lines, a node to look around with, YAML, printing."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo run`: start an executable of a package, as `ros2 run` does."""
 
-from __future__ import annotations
-
 import argparse
 from importlib.metadata import entry_points, EntryPoint
 import sys

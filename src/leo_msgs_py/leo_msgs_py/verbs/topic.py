@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo topic`: list, look at and publish topics."""
 
-from __future__ import annotations
-
 import argparse
 from itertools import pairwise
 import json

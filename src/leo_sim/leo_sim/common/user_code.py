@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Python files of the user's: loaded, and what fails in them is one line with its place."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import wraps
 import importlib.util

@@ -4,8 +4,6 @@
 Places in it are written `run.data[0]`, `Y[*][1]`, `data[:, 2]`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import chain
 import math

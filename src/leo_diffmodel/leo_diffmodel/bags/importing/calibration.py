@@ -10,8 +10,6 @@ the gripper 0 to 100 in either case. Numbers in per cent end at exactly 100.
 Source: huggingface/lerobot, src/lerobot/motors/motors_bus.py (_normalize), commit 049856c7.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 import json
 import math

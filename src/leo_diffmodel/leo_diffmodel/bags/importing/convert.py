@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Logs to bags by a column map, with the constants of the robot that they know."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress

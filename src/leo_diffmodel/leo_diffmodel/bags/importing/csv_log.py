@@ -4,8 +4,6 @@
 Dates, as 2026-11-27 10:00:00.000, are seconds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 import csv

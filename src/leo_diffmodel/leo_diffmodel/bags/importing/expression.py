@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arithmetic over the columns of a log, as `duty * supply` (no Python gets executed)."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable, Mapping
 import operator

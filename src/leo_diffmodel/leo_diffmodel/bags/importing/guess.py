@@ -5,8 +5,6 @@ Names of columns say what they are, numbers say the unit, and a robot both; what
 is left as '?', which an import refuses.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which columns of a log are which joints', and what a known robot says of them."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import SequenceMatcher

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The unit of each column of a map: by its name, a calibration, the robot, or the numbers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -5,8 +5,6 @@
 logs have them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 import re
 from typing import NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The unit of a column by its numbers, '?' where they may be in one as well as another."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple

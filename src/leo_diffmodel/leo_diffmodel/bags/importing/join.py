@@ -6,8 +6,6 @@ left out. Files with times are brought to those of the first that has some, by l
 where they differ; files without go row by row.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """JSON logs as tables: lists of records, rows that are lists, or one array for each column."""
 
-from __future__ import annotations
-
 from collections import Counter
 from functools import partial
 import json

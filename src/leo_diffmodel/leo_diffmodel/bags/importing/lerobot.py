@@ -11,8 +11,6 @@ several numbers, as `action` with the names [elbow.pos, ...], becomes one column
 Source: LeRobot's documentation of LeRobotDataset v3.0 (huggingface.co/docs/lerobot).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 import json
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each format of logs has: a reader of tables, what a column map says, names of columns."""
 
-from __future__ import annotations
-
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """MATLAB logs as tables: vectors, structs of them, or matrices by their columns."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any

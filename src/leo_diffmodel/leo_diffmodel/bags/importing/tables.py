@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Logs as tables: CSV rows, JSON records, MATLAB arrays, LeRobot frames; one for each episode."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import entry_points, EntryPoint

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Units as heads of logs write them, in English, German and French, to units as they are known."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import re
 

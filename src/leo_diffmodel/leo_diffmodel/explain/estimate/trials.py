@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A list of trials on all cores, by joblib's processes; the results are those of one core."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress

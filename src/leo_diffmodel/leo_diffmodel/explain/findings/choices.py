@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What speaks against the choice: resamples, and sets that fit or predict better."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 

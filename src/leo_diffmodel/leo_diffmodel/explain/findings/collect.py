@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a finished search to all findings."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

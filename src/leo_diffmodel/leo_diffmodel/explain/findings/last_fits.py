@@ -4,8 +4,6 @@
 Findings are read off them: nothing is fitted after this.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

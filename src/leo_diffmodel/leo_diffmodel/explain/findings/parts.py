@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Each effect: its worth, what could replace it, what recordings ask of it, where it shows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

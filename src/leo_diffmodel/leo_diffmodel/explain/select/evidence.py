@@ -7,8 +7,6 @@ joint fit. Sums over folds are compared; how far the folds disagree is the error
 docs/evidence.md has the equations and what they assume.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce

@@ -4,8 +4,6 @@
 Of each of the best sets, effects that the folds do not support are taken out.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sets of effects that were fitted, and the one that is chosen: each part of it predicts worse."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 import time

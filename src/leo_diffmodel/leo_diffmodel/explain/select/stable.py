@@ -6,8 +6,6 @@ is there by any name, in a wider law, or in a law of all joints. Where a wider l
 enough of the resamples and a narrower one in it is, the narrower one is the answer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ A law joins the sets of named effects as one effect more, alone or with those th
 and is judged as they are: by what it predicts of the folds that are left out of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial

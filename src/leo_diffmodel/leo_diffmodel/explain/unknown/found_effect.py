@@ -5,8 +5,6 @@
 is in it as a literal (`repr`).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

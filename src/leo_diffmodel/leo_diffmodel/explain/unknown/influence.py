@@ -5,8 +5,6 @@ Linear and computed once: whatever a missing torque may depend on, its trace in 
 one matrix product (docs/reference/identification.md 1.7).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

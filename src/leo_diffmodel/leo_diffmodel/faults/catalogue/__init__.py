@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be wrong with a log. A new fault is a class here, a line below and who looks for it."""
 
-from __future__ import annotations
-
 from leo_diffmodel.faults.base import Fault
 from leo_diffmodel.faults.catalogue import angle, input_and_time, speed
 

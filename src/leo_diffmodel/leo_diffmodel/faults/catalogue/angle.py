@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be wrong with a logged angle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import math
 

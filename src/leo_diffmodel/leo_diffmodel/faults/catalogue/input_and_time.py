@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be wrong with logged inputs, and with the stamps of a log."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from leo_diffmodel.faults.base import Factor, Fault, Patch
