@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """compare, explain, repair and add on the command line: files, JSON, exit status, signals."""
 
+from importlib import import_module
 import json
 from pathlib import Path
 import signal
@@ -11,7 +12,6 @@ from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.explain.explanation import Explanation
-from leo_diffmodel.verbs import explain as module
 from leo_diffmodel.verbs.best import Best
 from leo_msgs_py import console
 from leo_msgs_py.cli import main
@@ -168,17 +168,17 @@ def test_a_signal_leaves_the_first_answer(number, folder, tmp_path, capsys, ende
     assert [f.name for f in tmp_path.iterdir()] == ['explain.json']
 
 
-def test_each_bag_that_was_begun_is_told(folder, capsys, ended):
-    ended(signal.SIGTERM)
-    bags = [str(folder / 'friction'), str(folder / 'fine')]
-    assert main(['explain', *bags, *MODEL, '--each', '--json']) == 128 + signal.SIGTERM
-    told, err = capsys.readouterr()
-    (answer,) = json.loads(told).values()
-    assert answer['complete'] is False and 'ended by SIGTERM' in err
+def test_bags_that_are_done_are_told_when_others_are_not(folder, capsys, monkeypatch):
+    end = signal.SIGTERM
+    monkeypatch.setattr(console.Reporter, '__call__', lambda *_: signal.raise_signal(end))
+    bags = [str(folder / 'short'), str(folder / 'friction')]
+    assert main(['explain', *bags, *MODEL, '--each', '--json', '--jobs', '2']) == 128 + end
+    assert [*json.loads(capsys.readouterr().out)['bags']] == ['short']
 
 
 def test_an_end_before_a_first_answer_leaves_nothing(folder, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(module, 'explain', lambda *_, **__: signal.raise_signal(signal.SIGTERM))
+    ending = lambda *_, **__: signal.raise_signal(signal.SIGTERM)  # noqa: E731
+    monkeypatch.setattr(import_module('leo_diffmodel.explain.explanation'), 'explain', ending)
     out = tmp_path / 'out'
     argv = ['explain', str(folder / 'friction'), *MODEL, '-o', str(out)]
     assert main(argv) == 128 + signal.SIGTERM
