@@ -24,6 +24,7 @@ from leo_diffmodel.fleet.workers import Workers
 from leo_diffmodel.report.explained import write_explanation
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import progress
+from leo_msgs_py.ending import ending
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.common.cores import cores, using
@@ -109,12 +110,11 @@ def explain_each(arguments: argparse.Namespace, folder: Path | None) -> list[Ans
     at_once = len(names) if arguments.scheduler else min(jobs, len(names))
     until = time.time() + common.left(arguments)
     ask = Asked(arguments, folder, until, len(names), at_once)
-    tasks = [
-        (number, *each) for number, each in enumerate(zip(names, arguments.bags, strict=True))
-    ]
+    tasks = [*zip(range(len(names)), names, arguments.bags, strict=True)]
     answers: list[Answer] = []
     try:
-        with progress('explaining', len(names), common.left(arguments)) as reporter:
+        shown = progress('explaining', len(names), common.left(arguments))
+        with ending(), shown as reporter:
             for answer in Workers(jobs, arguments.scheduler).each(ask, tasks):
                 answers.append(answer)
                 reporter(answer.name)
