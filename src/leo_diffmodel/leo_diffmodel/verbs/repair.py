@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.best import show
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -91,6 +90,8 @@ def _parser() -> Parser:
 
 
 def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) -> None:
+    from leo_diffmodel.verbs.best import show
+
     show(result)
     if rows:
         names = [f'{s["name"]} [{s["unit"]}]' for s in result.errors['states']]
