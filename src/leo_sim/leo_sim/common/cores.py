@@ -13,8 +13,6 @@ from threading import Thread
 import time
 from typing import Any, TypeVar
 
-import numpy as np
-
 from leo_msgs_py.ending import SIGNALS
 
 Item = TypeVar('Item')
@@ -49,7 +47,7 @@ def _there() -> int:
 def parts(count: int, work: int, least: int) -> list[slice]:
     """Equal parts of `count` things, one for each core, none with less than the `least` work."""
     number = max(min(cores(), count, work // least), 1)
-    edges = np.linspace(0, count, number + 1).astype(int).tolist()
+    edges = (count * i // number for i in range(number + 1))
     return [slice(*pair) for pair in itertools.pairwise(edges)]
 
 
