@@ -42,8 +42,7 @@ def test_a_bar_draws_itself_and_no_name_in_it_is_obeyed(monkeypatch):
 
 
 class Time:
-    def __init__(self):
-        self.at = 0.0
+    at = 0.0
 
     def __call__(self):
         return self.at
@@ -92,10 +91,9 @@ def test_what_is_left_never_grows_by_more_than_a_fifth_and_never_stands_at_nothi
     assert len(told) > 50 and np.all(np.diff(told) <= 0.0) and told[-1] > console.LEAST
 
 
-def test_more_steps_than_expected_and_few_say_nothing():
-    assert clock_after(10, 1.0, 12)[1].left is None
-    assert clock_after(10, 1.0, 1)[1].left is None
-    assert clock_after(None, 1.0, 5)[1].left is None
+@pytest.mark.parametrize(('expected', 'done'), [(10, 12), (10, 1), (None, 5)])
+def test_more_steps_than_expected_and_few_say_nothing(expected, done):
+    assert clock_after(expected, 1.0, done)[1].left is None
 
 
 def test_a_step_that_is_as_long_as_several_counts_as_them():

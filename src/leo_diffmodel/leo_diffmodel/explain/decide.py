@@ -9,6 +9,7 @@ from leo_diffmodel.explain.findings.findings import Contender, Findings, Part
 from leo_diffmodel.explain.problem.candidates import at_limit
 from leo_diffmodel.explain.problem.classes import pair_note
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
+from leo_msgs_py.console import listed
 
 
 @dataclass(frozen=True)
@@ -141,8 +142,8 @@ def also_chosen(findings: Findings) -> str:
     (chosen, share), more = choices.sets[0], choices.more[: findings.numerics.listed]
     if not (chosen and more) or share >= findings.gates.stable:
         return ''
-    listed = ', '.join(f'{label} in {share:.0%}' for label, share in more)
-    return f'beside them the held-out turns choose {listed}'
+    shares = ', '.join(f'{label} in {share:.0%}' for label, share in more)
+    return f'beside them the held-out turns choose {shares}'
 
 
 def answer_rules(findings: Findings) -> Iterator[Rule]:
@@ -161,8 +162,7 @@ def answer_rules(findings: Findings) -> Iterator[Rule]:
         doubt = several if starts > 1 else 'the fit has not come to its end'
         yield Rule('fit not converged', not certificate.converged, least, None, '', doubt)
     untried, most = findings.search.untried, findings.numerics.listed
-    more = f' and {len(untried) - most} more' if len(untried) > most else ''
-    doubt = f'the time was over; not tried: {", ".join(untried[:most])}{more}'
+    doubt = f'the time was over; not tried: {listed(untried, most)}'
     yield Rule('not all was tried', bool(untried), len(untried), 0, '', doubt)
 
 

@@ -54,13 +54,8 @@ def _model(arguments: argparse.Namespace) -> str:
 def _parser() -> Parser:
     arguments = common.parser('add', __doc__ or '', EXAMPLES)
     arguments.add('model', 'a model file, a robot name or a robot folder', nargs='?')
-    arguments.add(
-        'words',
-        'effects, each with its parameters after it',
-        nargs='*',
-        default=[],
-        metavar='EFFECT[:WHERE] PARAM=VALUE',
-    )
+    about, shown = 'effects, each with its parameters after it', 'EFFECT[:WHERE] PARAM=VALUE'
+    arguments.add('words', about, nargs='*', default=[], metavar=shown)
     arguments.add_argument('--from', dest='source', metavar='explain.json')
     arguments.add('--robot OTHER', 'move it to this robot or model with the same places')
     add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')

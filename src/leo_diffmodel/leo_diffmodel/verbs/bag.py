@@ -81,9 +81,8 @@ def _play(argv: list[str]) -> int:
     parser = _of_a_bag('play', 'Publish a bag as it was recorded.')
     parser.add('--rate R', '1 = as recorded', default=1.0)
     parser.flag('--loop', 'again and again until Ctrl-C')
-    parser.add(
-        '--wait S', 'before the start, so long for a reader of every topic (1 s)', default=1.0
-    )
+    about = 'before the start, so long for a reader of every topic (1 s)'
+    parser.add('--wait S', about, default=1.0)
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 

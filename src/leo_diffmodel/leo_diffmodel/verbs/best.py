@@ -6,9 +6,8 @@ from contextlib import suppress
 from functools import partial
 import json
 import multiprocessing
-import os
 from pathlib import Path
-from signal import SIGINT, SIGKILL
+from signal import SIGINT
 import sys
 import time
 
@@ -23,6 +22,7 @@ from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.model import Model
 
 SHOWN = 8
+SO_FAR = 'the best so far (complete: false)'
 HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 
 
@@ -62,21 +62,17 @@ class Best:
         else:
             show(self.answer)
 
-    def left(self, arguments: argparse.Namespace, model: Model, early: KeyboardInterrupt) -> int:
-        """Print and write what a command that was ended leaves; its exit status."""
-        status = self.ended(model, early if isinstance(early, Ended) else Ended(SIGINT))
-        if self.answer and not self._told:
-            self.tell(arguments)
-        return status
-
-    def ended(self, model: Model, early: Ended) -> int:
-        """Write what there is, and say on stderr what was kept; the exit status."""
-        for number in filter(None, (child.pid for child in multiprocessing.active_children())):
-            os.kill(number, SIGKILL)
+    def left(self, arguments: argparse.Namespace, model: Model, by: KeyboardInterrupt) -> int:
+        """Write and print what a command that was ended leaves; its exit status."""
+        early = by if isinstance(by, Ended) else Ended(SIGINT)
+        for child in multiprocessing.active_children():
+            child.kill()
         if early.in_time and not self.answer:
             self.answer = none_yet(model)
         self.write()
         _say(f'leo: {self._kept(early)}')
+        if self.answer and not self._told:
+            self.tell(arguments)
         if early.in_time and self.answer:
             return 1 if self.answer.verdict in NEGATIVE else 0
         return early.status
@@ -86,11 +82,7 @@ class Best:
         if self.answer is None:
             return f'{why} before a first answer: nothing is kept; type the same again'
         where = f'in {self.folder}/explain.json' if self.folder else 'printed; -o DIR keeps it'
-        whole = (
-            'the answer, no report,'
-            if self.answer.complete
-            else 'the best so far (complete: false)'
-        )
+        whole = 'the answer, no report,' if self.answer.complete else SO_FAR
         return f'{why}: {whole} is {where}; the same again with more time comes to its end'
 
 

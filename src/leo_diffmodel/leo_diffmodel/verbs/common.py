@@ -35,12 +35,9 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
 
 def add_model_arguments(arguments: Parser, several: bool = False) -> None:
     """Model, topic map, own effects, JSON; with `several` models, `arguments.model` is a list."""
-    arguments.add(
-        '--model',
-        'a model file, a robot name or a robot folder' + several * '; again for each model',
-        required=True,
-        action='append' if several else 'store',
-    )
+    about = f'a model file, a robot name or a robot folder{"; again for each model" * several}'
+    action = 'append' if several else 'store'
+    arguments.add('--model', about, required=True, action=action)
     arguments.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(arguments)
 
@@ -62,20 +59,10 @@ def add_bag_arguments(
 
 
 def add_search_arguments(arguments: Parser) -> None:
-    arguments.add(
-        '--within',
-        'answer within this time (s or min) with the best that there is then',
-        type=until,
-        dest='until',
-        default=math.inf,
-        metavar='60s',
-    )
-    arguments.add(
-        '--jobs',
-        'cores to use (all there are, or as LOKY_MAX_CPU_COUNT or OMP_NUM_THREADS say)',
-        type=jobs,
-        metavar='N',
-    )
+    about = 'answer within this time (s or min) with the best that there is then'
+    arguments.add('--within', about, type=until, dest='until', default=math.inf, metavar='60s')
+    about = 'cores to use (all there are, or as LOKY_MAX_CPU_COUNT or OMP_NUM_THREADS say)'
+    arguments.add('--jobs N', about, type=jobs)
     arguments.flag('--keep', 'use what looks moved from outside or badly logged')
     arguments.flag('--mend', 'undo what is surely wrong with the log, and go on')
 

@@ -16,12 +16,13 @@ from typing import Any
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.explain.decide import Rule
-from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.explanation import explain, none_yet
 from leo_diffmodel.fleet.outliers import Figure, fleet
 from leo_diffmodel.fleet.workers import Workers
 from leo_diffmodel.report.explained import write_explanation
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import progress
+from leo_msgs_py.ending import Ended, ending
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.common.cores import cores, using
@@ -74,12 +75,22 @@ class Asked:
         if self.folder and (kept := _kept(self.folder / name, origin)):
             return Answer(name, kept)
         chosen = {'step': given.step, 'within': within, 'keep': given.keep, 'mend': given.mend}
-        found = explain(recordings, model, (), own, **chosen)
-        found = replace(found, provenance=origin)
+        heard = [none_yet(model)]
+        try:
+            with ending(time.monotonic() + within):
+                heard.append(explain(recordings, model, (), own, so_far=heard.append, **chosen))
+        except Ended as early:
+            if not early.in_time:
+                raise
+        found = replace(heard[-1], provenance=origin)
         answer = Answer(name, found.to_json(), found.rules)
         try:
-            if self.folder and (inside := common.fresh_folder(str(self.folder / name))):
+            inside = self.folder and common.fresh_folder(str(self.folder / name))
+            if inside and found.complete:
                 write_explanation(inside, found, recordings, common.watch(given))
+            elif inside:  # a report there is of an answer of before
+                (inside / 'report.html').unlink(missing_ok=True)
+                write_whole(inside / 'explain.json', json_text(found.to_json()))
         except (OSError, UserError) as error:  # it took long, and is told
             return replace(answer, error=one_line(error))
         return answer
@@ -107,12 +118,11 @@ def explain_each(arguments: argparse.Namespace, folder: Path | None) -> list[Ans
     at_once = len(names) if arguments.scheduler else min(jobs, len(names))
     until = time.time() + common.left(arguments)
     ask = Asked(arguments, folder, until, len(names), at_once)
-    tasks = [
-        (number, *each) for number, each in enumerate(zip(names, arguments.bags, strict=True))
-    ]
+    tasks = [*zip(range(len(names)), names, arguments.bags, strict=True)]
     answers: list[Answer] = []
     try:
-        with progress('explaining', len(names), common.left(arguments)) as reporter:
+        shown = progress('explaining', len(names), common.left(arguments))
+        with ending(), shown as reporter:
             for answer in Workers(jobs, arguments.scheduler).each(ask, tasks):
                 answers.append(answer)
                 reporter(answer.name)

@@ -75,12 +75,8 @@ def _parser() -> Parser:
     parser.add('model MODEL', 'a model file, a robot name or a robot folder')
     parser.add('--to', 'the format; where -o is given, its ending says it', choices=FORMATS)
     endings = ', '.join(f'FILE{f.ending} is {f.name}' for f in FORMATS.values())
-    parser.add(
-        '-o FILE',
-        f'a new file: {endings}; by default the name of MODEL, here',
-        dest='output',
-        type=Path,
-    )
+    about = f'a new file: {endings}; by default the name of MODEL, here'
+    parser.add('-o FILE', about, dest='output', type=Path)
     parser.add(
         '--check BAG',
         'print the errors on these recordings: the model as it is, less what the format '

@@ -8,7 +8,7 @@ from typing import Any
 
 from leo_diffmodel.fleet.outliers import Figure
 from leo_diffmodel.verbs.common import NEGATIVE
-from leo_msgs_py.console import figures, Table, Terminal
+from leo_msgs_py.console import figures, listed, Table, Terminal
 
 LISTED = 6  # bags of an open answer that are named
 
@@ -31,8 +31,7 @@ def _verdicts(answers: Mapping[str, dict]) -> Iterator[str]:
     yield f'{len(answers)} bags: ' + ', '.join(f'{n} {v}' for v, n in counts.most_common())
     for verdict in sorted(NEGATIVE & {*counts}):
         names = [name for name, answer in answers.items() if answer['verdict'] == verdict]
-        more = f' and {len(names) - LISTED} more' * (len(names) > LISTED)
-        yield f'{verdict}: {", ".join(names[:LISTED])}{more}'
+        yield f'{verdict}: {listed(names, LISTED)}'
 
 
 def _fitting(console: Terminal, rows: Sequence[dict]) -> Table:

@@ -110,26 +110,22 @@ def _parser() -> Parser:
         'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
         f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
-    parser.add(
-        'logs LOG', 'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set', nargs='+'
-    )
+    about = 'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set'
+    parser.add('logs LOG', about, nargs='+')
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')
-    which.add_argument(
-        '--guess', action='store_true', help='write a column map with what was guessed and why'
-    )
+    about = 'write a column map with what was guessed and why'
+    which.add_argument('--guess', action='store_true', help=about)
     parser.add('--model ROBOT', 'with --guess: take joints, units and the input from a robot')
     parser.add('-o --output BAG', 'folder to make; with --guess the file (LOG_map.yaml)')
     several = parser.add_mutually_exclusive_group()
-    several.add_argument(
-        '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG'
+    about = 'one bag per log, in the folder BAG'
+    several.add_argument('--bag-per-log', action='store_true', help=about)
+    about = (
+        'the logs are parts of one run, joined by their times or row by '
+        'row; q.csv, dq.csv and tau.csv are so in any case'
     )
-    several.add_argument(
-        '--join',
-        action='store_true',
-        help='the logs are parts of one run, joined by their times or row by '
-        'row; q.csv, dq.csv and tau.csv are so in any case',
-    )
+    several.add_argument('--join', action='store_true', help=about)
     return parser
 
 

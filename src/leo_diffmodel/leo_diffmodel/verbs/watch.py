@@ -166,16 +166,9 @@ def _live_parser() -> Parser:
     arguments.flag('--live', 'a running robot, not a bag')
     common.add_model_arguments(arguments)
     arguments.add('--step', 'length of one step [s]', type=float)
-    arguments.add(
-        '--seconds',
-        'how much of the past is shown (30 s)',
-        type=_window,
-        default=30.0,
-        metavar='S',
-    )
-    arguments.add(
-        '--patience', 'how long to wait for a robot (10 s)', type=float, default=10.0, metavar='S'
-    )
+    about = 'how much of the past is shown (30 s)'
+    arguments.add('--seconds S', about, type=_window, default=30.0)
+    arguments.add('--patience S', 'how long to wait for a robot (10 s)', default=10.0)
     watch_common.add_page_arguments(arguments)
     return arguments
 

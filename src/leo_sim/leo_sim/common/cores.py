@@ -47,7 +47,7 @@ def _there() -> int:
 def parts(count: int, work: int, least: int) -> list[slice]:
     """Equal parts of `count` things, one for each core, none with less than the `least` work."""
     number = max(min(cores(), count, work // least), 1)
-    edges = [count * n // number for n in range(number + 1)]
+    edges = (count * i // number for i in range(number + 1))
     return [slice(*pair) for pair in itertools.pairwise(edges)]
 
 

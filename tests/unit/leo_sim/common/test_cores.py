@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many cores are used, and that threads change no number."""
 
+from functools import partial
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -9,7 +11,8 @@ import threading
 import numpy as np
 import pytest
 
-from leo_sim.common.cores import at_once, cores, parts, using
+from leo_msgs_py.ending import SIGNALS
+from leo_sim.common.cores import at_once, cores, in_processes, parts, using
 from leo_sim.dynamics import whole_windows
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -39,6 +42,13 @@ def test_parts_are_whole_and_no_smaller_than_worth_a_thread():
 def test_parts_go_to_threads_of_their_own():
     meet = threading.Barrier(3, timeout=20.0)
     assert sorted(at_once(lambda _: meet.wait(), range(3))) == [0, 1, 2]
+
+
+def test_processes_leave_the_signals_of_a_terminal_to_the_one_that_started_them():
+    blocked = partial(signal.pthread_sigmask, signal.SIG_BLOCK)
+    for found in in_processes(2, blocked, [(), ()], return_as='generator'):
+        assert {*SIGNALS} <= found
+    assert not {*SIGNALS} & blocked(())
 
 
 @pytest.mark.parametrize('robot', ['torque_pendulum', 'double_pendulum'])

@@ -129,18 +129,16 @@ def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
     columns = np.zeros((*rest.residual.shape, len(own)))
     columns[~problem.train] = found.columns
     constants = (*rest.hypothesis.constants, *own)
-    return read_at(
-        problem,
-        replace(
-            rest,
-            hypothesis=replace(rest.hypothesis, constants=constants),
-            start=starts,
-            theta=np.concatenate([rest.theta, found.theta]),
-            covariance=block_diag(rest.covariance, found.covariance),
-            beyond=np.vstack([rest.beyond, found.beyond]),
-            columns=np.concatenate([rest.columns, columns], axis=-1),
-        ),
+    whole = replace(
+        rest,
+        hypothesis=replace(rest.hypothesis, constants=constants),
+        start=starts,
+        theta=np.concatenate([rest.theta, found.theta]),
+        covariance=block_diag(rest.covariance, found.covariance),
+        beyond=np.vstack([rest.beyond, found.beyond]),
+        columns=np.concatenate([rest.columns, columns], axis=-1),
     )
+    return read_at(problem, whole)
 
 
 def _found(problem: Problem, rest: Fit, own: Hypothesis, theta: Array | None) -> tuple[Fit, Array]:

@@ -24,22 +24,18 @@ class Processes:
 
     def __init__(self, first: Callable[..., Any], after: float) -> None:
         self._begin, self._from = partial(_begin, first), time.process_time() + after
-        self._start, self.there = Thread(target=self._started), Event()
+        self.start, self.there = Thread(target=self._started), Event()
 
     def ready(self) -> bool:
         """Whether they have started; they are told to where it is time."""
-        if self._start.ident is None and time.process_time() >= self._from:
-            self._start.start()
+        if self.start.ident is None and time.process_time() >= self._from:
+            self.start.start()
         return self.there.is_set()
 
     def _started(self) -> None:
         with suppress(TerminatedWorkerError):
             deque(_parallel(self._begin, range(cores())), 0)
             self.there.set()
-
-    def over(self) -> None:
-        if self._start.is_alive():
-            self._start.join()
 
 
 _processes: list[Processes] = []
@@ -57,7 +53,8 @@ def by_processes(first: Callable[..., Any], after: float, able: bool = True) -> 
     try:
         yield
     finally:
-        _processes.pop().over()
+        if (start := _processes.pop().start).is_alive():
+            start.join()
 
 
 def spread(

@@ -201,7 +201,7 @@ class Numerics:
     parts: int = 18  # effects that are judged one by one in a round of the search, about
     last_longest: float = 0.3  # share of the time that is kept for the last fit at most
     starting: float = 3.0
-    """Of a search [s], after which its processes start: that takes each as much of a core."""
+    """Work in a search [s of the process], after which its processes start: each takes as much."""
 
     # unknown
     law_stands_for: int = 2  # effects that one law may do instead of, and is compared with
