@@ -279,44 +279,12 @@ def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Array) -> An
 
 
 @compiled_in_place
-def hanging(tree: Tree, figures: Array, gravity: float, room: Room, out: Array) -> Any:
-    """Fill out (J, J): slopes by angles of what joints at rest take; see `Room.whole`."""
-    for j in range(out.shape[0]):
-        for k in range(out.shape[0]):
-            out[j, k] = 0.0
-    for i in range(tree.kind.shape[0]):
-        if tree.column[i] >= 0:
-            _hung(tree, i, gravity, room, out)
-        if figures[i, 10] != 0.0 or figures[i, 11] != 0.0 or figures[i, 12] != 0.0:
-            _pulled_on(tree, figures, i, room, out)
-
-
-@compiled_in_place
-def _hung(tree: Tree, i: int, gravity: float, room: Room, out: Array) -> Any:
-    """Add what passes between joint i and those above it."""
-    s, whole, own = room.screw, room.whole, tree.column[i]
-    sx, sy, sz = s[i, 0], s[i, 1], s[i, 2]
-    m = momentum(whole, i, sx, sy, sz, s[i, 3], s[i, 4], s[i, 5])
-    a, b, c, d, e, f = momentum(whole, i, 0.0, 0.0, 0.0, -gravity * sy, gravity * sx, 0.0)
-    u, v, w, x, y, z = momentum(whole, i, 0.0, 0.0, 0.0, 0.0, 0.0, gravity)
-    gx, gy, gz = cross(sx, sy, sz, u, v, w)
-    hx, hy, hz = cross(s[i, 3], s[i, 4], s[i, 5], x, y, z)
-    kx, ky, kz = cross(sx, sy, sz, x, y, z)
-    j = i
-    while j >= 0:
-        other = tree.column[j]
-        if other >= 0:
-            out[own, other] += gravity * (m[4] * s[j, 0] - m[3] * s[j, 1])
-            if j != i:
-                out[other, own] += (
-                    s[j, 0] * (a + gx + hx)
-                    + s[j, 1] * (b + gy + hy)
-                    + s[j, 2] * (c + gz + hz)
-                    + s[j, 3] * (d + kx)
-                    + s[j, 4] * (e + ky)
-                    + s[j, 5] * (f + kz)
-                )
-        j = tree.parent[j]
+def slopes_at_rest(tree: Tree, figures: Array, room: Room, none: Array, out: Slopes) -> Any:
+    """Fill those by angles where the links are placed and at rest, as row 0 of `none` says."""
+    slopes(tree, figures, room, 0, none, out)
+    for i in range(none.shape[1]):
+        for j in range(none.shape[1]):
+            out.at_rest[i, j] = out.by_angle[i, j]
 
 
 @compiled_in_place

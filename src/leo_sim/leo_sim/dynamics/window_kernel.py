@@ -25,7 +25,14 @@ from leo_sim.dynamics.tree_kernel import (
     room_for,
     Tree,
 )
-from leo_sim.dynamics.tree_slopes import accelerated, hanging, Slopes, slopes, slopes_for, weighing
+from leo_sim.dynamics.tree_slopes import (
+    accelerated,
+    Slopes,
+    slopes,
+    slopes_at_rest,
+    slopes_for,
+    weighing,
+)
 from leo_sim.dynamics.window_input import Bent, Driving, Looped, Play
 
 Work = namedtuple(
@@ -148,7 +155,7 @@ def _sampled(
         _loaded(world, 0, rooms[0], work)
     if bent.loaded and work.q.shape[0] > 1:
         inertia(world.tree, rooms[0], work.inverse[0])
-        hanging(world.tree, world.figures[own], world.gravity[own], rooms[0], tangents.at_rest)
+        slopes_at_rest(world.tree, world.figures[own], rooms[0], work.none, tangents)
     for r in range(known, work.q.shape[0]):
         n = r * world.windows + w
         if bent.loaded and r:
@@ -174,14 +181,15 @@ def _lead(
     placed(tree, own, 0, work.q, room)
     if loaded:
         bias_torques(tree, own, down, 0, work.none, room, work.load)
+    if loaded and others:
+        inertia(tree, room, work.inverse[0])
+        slopes_at_rest(tree, own, room, work.none, tangents)
     _driven(torques, w, k, 0, work)
     _kick(tree, own, down, torques.driving, w, room, work)
     _impelled(torques.driving, 0, work)
     if others:
         slopes(tree, own, room, 0, work.faster, tangents)
         _answers(work, tangents)
-        if loaded:
-            hanging(tree, own, down, room, tangents.at_rest)
 
 
 @compiled_in_place
