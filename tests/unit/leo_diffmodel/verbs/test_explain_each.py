@@ -57,6 +57,14 @@ def test_each_bag_by_itself_and_again_from_where_it_was_left(bags, tmp_path, mon
     assert asked == ['run_3', 'run_1', 'run_1']
 
 
+def test_where_the_time_is_over_each_bag_has_the_best_so_far(bags, tmp_path, capsys):
+    words = ['--within', '0.001s', '-o', str(tmp_path / 'out'), '--json']
+    assert main(['explain', *bags[:2], *WORDS, *words]) == 1
+    told = json.loads(capsys.readouterr().out)['bags']
+    assert [answer['complete'] for answer in told.values()] == [False, False]
+    assert [path.name for path in (tmp_path / 'out/run_1').iterdir()] == ['explain.json']
+
+
 @pytest.mark.parametrize('other', ['--hold-out', '--write-effect'])
 def test_each_goes_alone(tmp_path, capsys, other):
     words = ['explain', 'a', '--each', other, str(tmp_path / 'b.py'), '--model', 'pendulum']
