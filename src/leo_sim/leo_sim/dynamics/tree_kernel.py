@@ -65,6 +65,20 @@ def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> A
 
 
 @compiled_in_place
+def row(screws: Array, i: int) -> Any:
+    s = screws
+    return s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
+
+
+@compiled_in_place
+def along(screws: Array, i: int, felt: Any) -> Any:
+    """What a moment and force do along screw i, or a screw to a moment and force there."""
+    a, b, c, d, e, f = felt
+    s = screws
+    return s[i, 0] * a + s[i, 1] * b + s[i, 2] * c + s[i, 3] * d + s[i, 4] * e + s[i, 5] * f
+
+
+@compiled_in_place
 def placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
     """Fill frame, screw and weight at the angles of state n."""
     frame, screw = room.frame, room.screw
@@ -183,20 +197,11 @@ def inertia(tree: Tree, room: Room, mass: Array) -> Any:
 def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> Any:
     """Add to mass at joint i and those above it what these feel of a unit acceleration of it."""
     own, j = tree.column[i], i
-    a, b, c, d, e, f = momentum(
-        whole, i, screw[i, 0], screw[i, 1], screw[i, 2], screw[i, 3], screw[i, 4], screw[i, 5]
-    )
+    felt = momentum(whole, i, *row(screw, i))
     while j >= 0:
         other = tree.column[j]
         if other >= 0:
-            entry = (
-                screw[j, 0] * a
-                + screw[j, 1] * b
-                + screw[j, 2] * c
-                + screw[j, 3] * d
-                + screw[j, 4] * e
-                + screw[j, 5] * f
-            )
+            entry = along(screw, j, felt)
             mass[own, other] += entry
             if j != i:
                 mass[other, own] += entry
@@ -240,8 +245,8 @@ def moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: 
 @compiled_in_place
 def taken_by(weight: Array, i: int, speed: Array, turn: Array, more: float) -> Any:
     """Moment and force that link i takes at a speed and acceleration, gravity being `more`."""
-    wx, wy, wz, vx, vy, vz = _row(speed, i)
-    tx, ty, tz, px, py, pz = _row(turn, i)
+    wx, wy, wz, vx, vy, vz = row(speed, i)
+    tx, ty, tz, px, py, pz = row(turn, i)
     a, b, c, d, e, f = momentum(weight, i, wx, wy, wz, vx, vy, vz)
     g, h, j, k, m, o = momentum(weight, i, tx, ty, tz, px, py, pz + more)
     return (
@@ -252,12 +257,6 @@ def taken_by(weight: Array, i: int, speed: Array, turn: Array, more: float) -> A
         m + (wz * d - wx * f),
         o + (wx * e - wy * d),
     )
-
-
-@compiled_in_place
-def _row(screws: Array, i: int) -> Any:
-    s = screws
-    return s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
 
 
 @compiled_in_place
@@ -280,14 +279,7 @@ def bias_torques(
     for i in range(tree.kind.shape[0] - 1, -1, -1):
         above, own = tree.parent[i], tree.column[i]
         if own >= 0:
-            bias[n, own] += (
-                screw[i, 0] * force[i, 0]
-                + screw[i, 1] * force[i, 1]
-                + screw[i, 2] * force[i, 2]
-                + screw[i, 3] * force[i, 3]
-                + screw[i, 4] * force[i, 4]
-                + screw[i, 5] * force[i, 5]
-            )
+            bias[n, own] += along(screw, i, row(force, i))
         if above >= 0:
             for k in range(6):
                 force[above, k] += force[i, k]

@@ -15,10 +15,12 @@ import numpy as np
 from leo_sim.common.broadcasting import Array
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.dynamics.tree_kernel import (
+    along,
     cross,
     momentum,
     pulling,
     Room,
+    row,
     SCREW,
     taken_by,
     Tree,
@@ -151,7 +153,7 @@ def _joined(tree: Tree, i: int, room: Room, out: Slopes) -> Any:
     s, t, spin, swing, own = room.screw, out.stir, out.spin, out.swing, tree.column[i]
     sx, sy, sz, vx, vy, vz = s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
     px, py, pz = t[i, 9], t[i, 10], t[i, 11]
-    a, b, c, d, e, f = momentum(room.whole, i, sx, sy, sz, vx, vy, vz)
+    felt = momentum(room.whole, i, sx, sy, sz, vx, vy, vz)
     gx, gy, gz = cross(px, py, pz, vx, vy, vz)
     rx = t[i, 0] * sx + t[i, 3] * sy + t[i, 6] * sz + 2.0 * gx
     ry = t[i, 1] * sx + t[i, 4] * sy + t[i, 7] * sz + 2.0 * gy
@@ -162,47 +164,13 @@ def _joined(tree: Tree, i: int, room: Room, out: Slopes) -> Any:
         other = tree.column[j]
         if other >= 0:
             out.by_angle[own, other] += (
-                rx * spin[j, 0]
-                + ry * spin[j, 1]
-                + rz * spin[j, 2]
-                + a * swing[j, 0]
-                + b * swing[j, 1]
-                + c * swing[j, 2]
-                + d * swing[j, 3]
-                + e * swing[j, 4]
-                + f * swing[j, 5]
+                rx * spin[j, 0] + ry * spin[j, 1] + rz * spin[j, 2] + along(swing, j, felt)
             )
-            out.by_rate[own, other] += (
-                rx * s[j, 0]
-                + ry * s[j, 1]
-                + rz * s[j, 2]
-                + 2.0
-                * (
-                    a * spin[j, 0]
-                    + b * spin[j, 1]
-                    + c * spin[j, 2]
-                    + d * spin[j, 3]
-                    + e * spin[j, 4]
-                    + f * spin[j, 5]
-                )
-            )
+            out.by_rate[own, other] += rx * s[j, 0] + ry * s[j, 1] + rz * s[j, 2]
+            out.by_rate[own, other] += 2.0 * along(spin, j, felt)
             if j != i:
-                out.by_angle[other, own] += (
-                    s[j, 0] * angle[0]
-                    + s[j, 1] * angle[1]
-                    + s[j, 2] * angle[2]
-                    + s[j, 3] * angle[3]
-                    + s[j, 4] * angle[4]
-                    + s[j, 5] * angle[5]
-                )
-                out.by_rate[other, own] += (
-                    s[j, 0] * rate[0]
-                    + s[j, 1] * rate[1]
-                    + s[j, 2] * rate[2]
-                    + s[j, 3] * rate[3]
-                    + s[j, 4] * rate[4]
-                    + s[j, 5] * rate[5]
-                )
+                out.by_angle[other, own] += along(s, j, angle)
+                out.by_rate[other, own] += along(s, j, rate)
         j = tree.parent[j]
 
 
@@ -210,38 +178,33 @@ def _joined(tree: Tree, i: int, room: Room, out: Slopes) -> Any:
 def _felt(room: Room, out: Slopes, i: int) -> Any:
     """Moment and force on the joints above for a unit of angle, and of rate, of joint i."""
     s, t, p, w, f = room.screw, out.stir, out.spin, out.swing, out.force
-    angle = momentum(room.whole, i, w[i, 0], w[i, 1], w[i, 2], w[i, 3], w[i, 4], w[i, 5])
-    rate = momentum(
-        room.whole,
-        i,
-        2.0 * p[i, 0],
-        2.0 * p[i, 1],
-        2.0 * p[i, 2],
-        2.0 * p[i, 3],
-        2.0 * p[i, 4],
-        2.0 * p[i, 5],
-    )
+    a, b, c, d, e, g = momentum(room.whole, i, *row(w, i))
+    j, k, m, n, o, q = momentum(room.whole, i, *row(p, i))
     px, py, pz = -2.0 * t[i, 9], -2.0 * t[i, 10], -2.0 * t[i, 11]
-    sx, sy, sz = s[i, 0], s[i, 1], s[i, 2]
-    ax, ay, az = cross(px, py, pz, p[i, 0], p[i, 1], p[i, 2])
+    sx, sy, sz, vx, vy, vz = row(s, i)
+    fx, fy, fz, ux, uy, uz = row(f, i)
+    ax, ay, az = _plus(cross(px, py, pz, p[i, 0], p[i, 1], p[i, 2]), cross(sx, sy, sz, ux, uy, uz))
     bx, by, bz = cross(px, py, pz, sx, sy, sz)
-    mx, my, mz = cross(sx, sy, sz, f[i, 0], f[i, 1], f[i, 2])
-    nx, ny, nz = cross(s[i, 3], s[i, 4], s[i, 5], f[i, 3], f[i, 4], f[i, 5])
-    kx, ky, kz = cross(sx, sy, sz, f[i, 3], f[i, 4], f[i, 5])
+    mx, my, mz = _plus(cross(sx, sy, sz, fx, fy, fz), cross(vx, vy, vz, ux, uy, uz))
+    tx, ty, tz = _stirred_by(t, i, p[i, 0], p[i, 1], p[i, 2])
+    rx, ry, rz = _stirred_by(t, i, sx, sy, sz)
+    angle = a + tx + mx, b + ty + my, c + tz + mz, d + ax, e + ay, g + az
+    h = 2.0 * j + rx, 2.0 * k + ry, 2.0 * m + rz, 2.0 * n + bx, 2.0 * o + by, 2.0 * q + bz
+    return angle, h
+
+
+@compiled_in_place
+def _plus(a: Any, b: Any) -> Any:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@compiled_in_place
+def _stirred_by(t: Array, i: int, x: float, y: float, z: float) -> Any:
+    """T of link i times a vector."""
     return (
-        angle[0] + t[i, 0] * p[i, 0] + t[i, 1] * p[i, 1] + t[i, 2] * p[i, 2] + mx + nx,
-        angle[1] + t[i, 3] * p[i, 0] + t[i, 4] * p[i, 1] + t[i, 5] * p[i, 2] + my + ny,
-        angle[2] + t[i, 6] * p[i, 0] + t[i, 7] * p[i, 1] + t[i, 8] * p[i, 2] + mz + nz,
-        angle[3] + ax + kx,
-        angle[4] + ay + ky,
-        angle[5] + az + kz,
-    ), (
-        rate[0] + t[i, 0] * sx + t[i, 1] * sy + t[i, 2] * sz,
-        rate[1] + t[i, 3] * sx + t[i, 4] * sy + t[i, 5] * sz,
-        rate[2] + t[i, 6] * sx + t[i, 7] * sy + t[i, 8] * sz,
-        rate[3] + bx,
-        rate[4] + by,
-        rate[5] + bz,
+        t[i, 0] * x + t[i, 1] * y + t[i, 2] * z,
+        t[i, 3] * x + t[i, 4] * y + t[i, 5] * z,
+        t[i, 6] * x + t[i, 7] * y + t[i, 8] * z,
     )
 
 
@@ -261,18 +224,10 @@ def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Array) -> An
             k, below = i, True
             while k >= 0:
                 if tree.column[k] >= 0 and below:
-                    out[tree.column[k], tree.column[j]] -= (
-                        s[k, 0] * mx
-                        + s[k, 1] * my
-                        + s[k, 2] * mz
-                        + s[k, 3] * fx
-                        + s[k, 4] * fy
-                        + s[k, 5] * fz
-                    )
+                    out[tree.column[k], tree.column[j]] -= along(s, k, (mx, my, mz, fx, fy, fz))
                 elif tree.column[k] >= 0:
-                    out[tree.column[k], tree.column[j]] -= (
-                        s[k, 0] * nx + s[k, 1] * ny + s[k, 2] * nz
-                    )
+                    turned = s[k, 0] * nx + s[k, 1] * ny + s[k, 2] * nz
+                    out[tree.column[k], tree.column[j]] -= turned
                 below = below and k != j
                 k = tree.parent[k]
         j = tree.parent[j]
