@@ -5,8 +5,6 @@ Requests go to the services of NODE. Prints `begin KIND` and, when an honest req
 answered, `end KIND: COUNT`, else `stalled KIND: COUNT`.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterable
 from contextlib import suppress

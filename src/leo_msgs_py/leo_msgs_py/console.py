@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The console of every verb: tables and progress, in which names are text and nothing else."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -177,7 +175,7 @@ class Reporter:
     clock: Clock = field(default_factory=Clock)
 
     @classmethod
-    def of(cls, show: Callable[[str], None]) -> Reporter:
+    def of(cls, show: Callable[[str], None]) -> 'Reporter':
         """What shows texts as a reporter; one that counts steps stays as it is."""
         return show if isinstance(show, Reporter) else cls(show)
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Typed values of the graph and their messages: joint states, applied inputs, commands."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -32,7 +30,7 @@ class JointStates:
         return _joint_state(self.stamp_ns, self.names, self.position, self.velocity, self.effort)
 
     @classmethod
-    def from_message(cls, message: Any) -> JointStates:
+    def from_message(cls, message: Any) -> 'JointStates':
         """From sensor_msgs/JointState; UserError for arrays of a wrong length."""
         names = tuple(message.name)
         return cls(
@@ -43,7 +41,7 @@ class JointStates:
             effort=_sized(message.effort, names, 'effort') if len(message.effort) else None,
         )
 
-    def of(self, names: tuple[str, ...]) -> JointStates:
+    def of(self, names: tuple[str, ...]) -> 'JointStates':
         """States of these joints alone, in this order. UserError: one is missing."""
         if names == self.names:
             return self
@@ -91,7 +89,7 @@ class Applied:
         return _joint_state(self.stamp_ns, self.names, columns['position'], (), columns['effort'])
 
     @classmethod
-    def from_message(cls, message: Any, interface: str) -> Applied:
+    def from_message(cls, message: Any, interface: str) -> 'Applied':
         """From sensor_msgs/JointState, NaN where torque is off; UserError for a wrong length."""
         names = tuple(message.name)
         field = field_of(interface)
@@ -101,7 +99,7 @@ class Applied:
         return cls(stamp_ns, names, np.where(enabled, values, 0.0), interface, enabled)
 
     @classmethod
-    def from_dynamic(cls, message: Any, interface: str) -> Applied:
+    def from_dynamic(cls, message: Any, interface: str) -> 'Applied':
         """Of joints that have the interface in a DynamicJointState; UserError where none has."""
         tables = [
             dict(zip(v.interface_names, v.values, strict=False)) for v in message.interface_values

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joint states of a bag as arrays in a robot's joint order."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -53,7 +51,7 @@ class StateLog:
             return 'made'
         return 'absent' if self.dq is None else 'measured'
 
-    def noted(self, notes: Sequence[str], **changed: Any) -> StateLog:
+    def noted(self, notes: Sequence[str], **changed: Any) -> 'StateLog':
         return replace(self, notes=(*self.notes, *notes), **changed)
 
 

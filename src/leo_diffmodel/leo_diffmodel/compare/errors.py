@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far predictions are off, one step and further ahead, and what noise alone explains."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +37,7 @@ class Prediction:
         at = _at(self, seconds)
         return at.of(self.error), at.of(self.floor)
 
-    def take(self, index: Array) -> Prediction:
+    def take(self, index: Array) -> 'Prediction':
         """Some of the windows."""
         return Prediction(self.windows.take(index), self.predicted[index], self.floor[index])
 

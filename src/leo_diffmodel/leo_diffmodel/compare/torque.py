@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque the model lacks at each joint and instant."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -48,7 +46,7 @@ class MissingTorque:
         """Where a torque could show, shape (W, J): not where stance or a held base hides it."""
         return np.isfinite(self.spread)
 
-    def take(self, index: Array) -> MissingTorque:
+    def take(self, index: Array) -> 'MissingTorque':
         """The estimates of the windows `index`."""
         return replace(at_rows(self, index), windows=self.windows.take(index))
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows of equal sample count, the unit of every score, cut from recordings at one rate."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -55,7 +53,7 @@ class Windows:
         """Angles, then rates, shape (W, K+1, 2J)."""
         return np.concatenate([self.q, self.dq], axis=-1)
 
-    def take(self, index: Array) -> Windows:
+    def take(self, index: Array) -> 'Windows':
         """The windows at `index` (integers or a mask)."""
         past = None if self.history is None else tuple(part[index] for part in self.history)
         return replace(at_rows(self, index), history=past)

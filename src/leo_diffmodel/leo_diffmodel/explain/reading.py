@@ -5,8 +5,6 @@ A fault that torques show is judged beside all effects: each reading has its own
 predicts the motion that neither was fitted to is the answer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -43,10 +41,10 @@ class Asked:
     progress: Reporter
     extra: Sequence[Effect] = ()  # a user's own effects
     as_given: bool = False  # take the log, and what may have been moved from outside, as it is
-    hear: Callable[[Reading, Estimate, Estimate], None] = lambda *_: None  # each better set
+    hear: 'Callable[[Reading, Estimate, Estimate], None]' = lambda *_: None  # each better set
 
     @property
-    def silently(self) -> Asked:
+    def silently(self) -> 'Asked':
         """The same of a search whose sets are not heard."""
         return Asked(self.model, self.settings, self.progress, self.extra, self.as_given)
 

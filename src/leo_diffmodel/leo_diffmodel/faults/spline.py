@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cubic splines on even knots: their rows at any instants, and banded least squares for them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,10 +23,10 @@ class Rows:
     values: Array  # shape (N, 4)
     __array_ufunc__ = None
 
-    def __add__(self, other: Rows) -> Rows:
+    def __add__(self, other: 'Rows') -> 'Rows':
         return Rows(self.first, self.values + other.values)
 
-    def __rmul__(self, factor: float | Array) -> Rows:
+    def __rmul__(self, factor: float | Array) -> 'Rows':
         return Rows(self.first, np.reshape(factor, (-1, 1)) * self.values)
 
     def __matmul__(self, coefficients: Array) -> Array:
@@ -36,7 +34,7 @@ class Rows:
         return np.asarray((self.values * picked).sum(axis=1))
 
     @staticmethod
-    def stacked(parts: Sequence[Rows]) -> Rows:
+    def stacked(parts: 'Sequence[Rows]') -> 'Rows':
         """All rows below each other."""
         first, values = zip(*((p.first, p.values) for p in parts), strict=True)
         return Rows(np.concatenate(first), np.concatenate(values))

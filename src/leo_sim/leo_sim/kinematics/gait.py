@@ -5,8 +5,6 @@ Points of a robot that moves in the x-z plane are one matrix product over any le
 phi the absolute pitch of the links, every point is linear in q, cos phi and sin phi.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -40,7 +38,7 @@ class Plane:
                 if joint.kind != 'prismatic':
                     self._slopes[self._moving.index(joint), column] = self._sense(joint)
 
-    def points(self, places: Sequence[Place]) -> Points:
+    def points(self, places: Sequence[Place]) -> 'Points':
         """The map from angles to the places."""
         columns = zip(*(self._column(*place) for place in places), strict=True)
         return Points(self._slopes, *(np.stack(each, axis=-1) for each in columns))
@@ -94,7 +92,7 @@ class Points:
         x, z = (features @ w + s for w, s in zip(self._weights, self._start, strict=True))
         return x, z
 
-    def mean(self, shares: Sequence[float]) -> Points:
+    def mean(self, shares: Sequence[float]) -> 'Points':
         """The one point that is a mean of these with given shares."""
         column = np.array(shares, dtype=float)[:, None]
         return Points(self._slopes, self._start @ column, self._weights @ column)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot with effects and constants, stepped as a pure function of its state."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
 from inspect import signature
@@ -104,14 +102,14 @@ class Model:
         self.by_recording = checked_by_recording(self.robot, by_recording or {})
         self.laws = Laws(self.robot, self.effects, self.constants)
 
-    def changed(self, **changes: Any) -> Model:
+    def changed(self, **changes: Any) -> 'Model':
         """A model with another robot, effects, constants, engine or integration_step."""
         kept = {name: getattr(self, name) for name in signature(Model).parameters}
         if 'scheme' in changes:
             del kept['integration_step']
         return Model(**{**kept, **changes})
 
-    def of_recordings(self, names: Sequence[str], source: Any = 0) -> Model:
+    def of_recordings(self, names: Sequence[str], source: Any = 0) -> 'Model':
         """The model with the constants that recordings have of their own.
 
         Source says which of the named recordings each window comes from, (W,), to step states

@@ -8,8 +8,6 @@ rows, as a head does, are columns with one value in all rows. A value is
 sign * scale * (column in SI) + offset, the offset in SI.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
@@ -57,7 +55,7 @@ class ColumnSpec(Fixed):
     offset: float = Field(default=0.0, allow_inf_nan=False)
 
     @model_validator(mode='after')
-    def _one_source(self) -> ColumnSpec:
+    def _one_source(self) -> 'ColumnSpec':
         if (self.column is None) == (self.expression is None):
             raise ValueError('give either column or expression')
         return self
@@ -104,7 +102,7 @@ class TimeSpec(Fixed):
     unit: str = 's'
 
     @model_validator(mode='after')
-    def _one_source(self) -> TimeSpec:
+    def _one_source(self) -> 'TimeSpec':
         if (self.column is None) == (self.period is None):
             raise ValueError('give either column or period')
         return self
@@ -136,7 +134,7 @@ class ColumnMap(LogFormat):
     constants: dict[str, Spec] = Field(default_factory=dict)
 
     @model_validator(mode='after')
-    def _inputs_drive_joints(self) -> ColumnMap:
+    def _inputs_drive_joints(self) -> 'ColumnMap':
         for joint, interfaces in self.inputs.items():
             if joint not in self.joints:
                 raise ValueError(f'inputs name {joint!r}{nearest(joint, self.joints)}')
@@ -145,7 +143,7 @@ class ColumnMap(LogFormat):
         return self
 
     @model_validator(mode='after')
-    def _constants_of_a_robot(self) -> ColumnMap:
+    def _constants_of_a_robot(self) -> 'ColumnMap':
         if self.constants and self.robot is None:
             raise ValueError('constants need the robot that has them; add robot: NAME')
         return self

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit a hypothesis to the training windows; the start states of all windows follow."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -105,19 +103,19 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     )
 
 
-def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[Fit, Step]:
+def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> 'tuple[Fit, Step]':
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
     point = _Point(problem, hypothesis, hypothesis.bounded(theta), problem.first)
     return point.as_fit(), point.step(problem.numerics.damping)
 
 
-def moved(fitted: Fit, step: Step, scale: float) -> Fit:
+def moved(fitted: Fit, step: 'Step', scale: float) -> Fit:
     """Where so much of a step leads; the rest of the fit is that of before."""
     theta, start = _along(fitted.hypothesis, fitted.theta, fitted.start, step, scale)
     return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
 
 
-def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None, float]:
+def _advanced(at: '_Point', damping: float, thorough: bool) -> 'tuple[_Point | None, float]':
     """The first step, shorter and shorter, that saves something, and the damping of the next.
 
     None where no step promises anything. Where a step saves less than half of its promise, the
@@ -142,7 +140,7 @@ def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None
 
 
 def _along(
-    hypothesis: Hypothesis, theta: Array, start: Array, step: Step, scale: float = 1.0
+    hypothesis: Hypothesis, theta: Array, start: Array, step: 'Step', scale: float = 1.0
 ) -> tuple[Array, Array]:
     """Parameters and start states after so much of a step; the starts answer to what is linear."""
     straight = hypothesis.bounded(theta + scale * step.theta) - theta
@@ -209,7 +207,7 @@ class _Point:
     def lost(self) -> float:
         return float(self.loss[self.problem.train].sum())
 
-    def gives_up(self, before: _Point, rival: float) -> bool:
+    def gives_up(self, before: '_Point', rival: float) -> bool:
         """Whether many steps like the last one would not bring the loss to that of a rival."""
         behind = self.lost - rival
         return before.lost - self.lost < self.problem.numerics.hopeless * behind
@@ -223,7 +221,7 @@ class _Point:
         weighed, begins = self.weighed, self.problem.begins(self.start)
         return settle(weighed, self.hypothesis, self.theta, begins, nats=nats).start
 
-    def to(self, theta: Array, start: Array, by_start: Array | None = None) -> _Point:
+    def to(self, theta: Array, start: Array, by_start: Array | None = None) -> '_Point':
         """The hypothesis at other values, moved by the standard errors here for its columns."""
         errors = conditional_errors(self.slope[self.problem.train])
         return _Point(self.problem, self.hypothesis, theta, start, errors, by_start)

@@ -7,8 +7,6 @@ On the way windows are integrated as roughly as sensitivities are, plus what the
 their begin; at the end they are predicted finely.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
@@ -32,7 +30,7 @@ class Settled:
     residual: Array  # whitened, shape (W, N)
     by_start: Array  # sensitivity of the residual to the start, there or nearby, shape (W, N, 2J)
 
-    def take(self, index: Array) -> Settled:
+    def take(self, index: Array) -> 'Settled':
         return Settled(*(x[index] for x in vars(self).values()))
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Held-out windows, and how fitted hypotheses predict them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -62,7 +60,7 @@ class HeldOut:
         fitted: Fit,
         model: Model,
         own: Sequence[Constant] = (),
-    ) -> HeldOut:
+    ) -> 'HeldOut':
         """Windows of validation data, as long as the longest horizon of which there are enough.
 
         They keep what was before them where the fitted model has a memory, such as a delay.
@@ -114,7 +112,7 @@ class HeldOut:
         """Errors of each window as far ahead as the headline, (W, 2J)."""
         return self._without_floor(fitted).ahead(self.headline.seconds)[0]
 
-    def undisturbed(self, fitted: Fit) -> HeldOut:
+    def undisturbed(self, fitted: Fit) -> 'HeldOut':
         """The windows that hold no hand push, by the hypothesis that knows most.
 
         A pushed one is far worse predicted than all others: so many times as far off as its noise

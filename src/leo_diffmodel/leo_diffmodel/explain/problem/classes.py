@@ -5,8 +5,6 @@ Each class is a statement about the equations of motion (docs/reference/contract
 every one of them against data.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -23,7 +21,7 @@ class Facts:
     ever_free: bool
 
     @classmethod
-    def of(cls, robot: Robot, recordings: Sequence[Recording]) -> Facts:
+    def of(cls, robot: Robot, recordings: Sequence[Recording]) -> 'Facts':
         free = (e.enabled < 0.5 for r in recordings for e in r.episodes)
         return cls(robot, any(bool(f.any()) for f in free))
 

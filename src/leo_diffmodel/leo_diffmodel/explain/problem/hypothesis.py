@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A hypothesis: a set of effects that may be missing, and the constants refitted with them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -154,14 +152,14 @@ class Hypothesis:
                 there[i] = product / there[by] if there[by] != 0 else there[i]
         return self.bounded(there)
 
-    def with_candidate(self, candidate: Candidate) -> Hypothesis:
+    def with_candidate(self, candidate: Candidate) -> 'Hypothesis':
         return Hypothesis((*self.candidates, candidate), self.constants)
 
-    def without(self, index: int) -> Hypothesis:
+    def without(self, index: int) -> 'Hypothesis':
         rest = self.candidates[:index] + self.candidates[index + 1 :]
         return Hypothesis(rest, self.constants)
 
-    def carried(self, other: Hypothesis, theta: Array) -> Array:
+    def carried(self, other: 'Hypothesis', theta: Array) -> Array:
         """The vector of this hypothesis with the values of another one that holds all of it."""
         held = [other.candidates.index(c) for c in self.candidates]
         own = [theta[other.offset(i) : other.offset(i + 1)] for i in held]

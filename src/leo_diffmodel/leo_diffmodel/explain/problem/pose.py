@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pose the problem: short windows to search in, longer ones to settle close calls in."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -38,12 +36,12 @@ class Posed:
     longer: Problem | None
     blocks: Blocks  # time blocks of both; the unit of hold-out and of the bootstrap
 
-    def before(self, until: float) -> Posed:
+    def before(self, until: float) -> 'Posed':
         """The problem whose fits end then at the latest [s of `time.monotonic`]."""
         longer = self.longer and replace(self.longer, until=until)
         return replace(self, problem=replace(self.problem, until=until), longer=longer)
 
-    def take(self, index: Array) -> Posed:
+    def take(self, index: Array) -> 'Posed':
         return replace(self, problem=self.problem.take(index))
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every hypothesis is judged on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 import time
 from typing import Any
@@ -32,7 +30,7 @@ class Linearisation:
     # the measurements of the settled windows
     finer: Array
 
-    def take(self, index: Array) -> Linearisation:
+    def take(self, index: Array) -> 'Linearisation':
         return Linearisation(*(part[index] for part in vars(self).values()))
 
 
@@ -143,7 +141,7 @@ class Problem:
         return self.roughly.base
 
     @property
-    def roughly(self) -> Problem:
+    def roughly(self) -> 'Problem':
         """The problem integrated so; itself where that is the step of the model."""
         if self.rough_step in (None, self.base.integration_step):
             return self
@@ -181,7 +179,7 @@ class Problem:
         predicted = predict(model or self.base, self.windows, start, near=near)
         return whiten(self.windows, predicted, self.noise, self.numerics.farthest)
 
-    def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
+    def fixed(self, hypothesis: Hypothesis, theta: Array) -> 'Problem':
         """The problem with a hypothesis at some values in the model, nothing free."""
         return replace(self, base=hypothesis.model(self.base, theta))
 
@@ -199,7 +197,7 @@ class Problem:
         unchanged: Array = (touching == touching[:, :1]).all(axis=(1, 2))
         return unchanged
 
-    def take(self, index: Array) -> Problem:
+    def take(self, index: Array) -> 'Problem':
         optional = {name: getattr(self, name) for name in ('block', 'fold', 'telling')}
         taken: dict[str, Any] = {n: x[index] for n, x in optional.items() if x is not None}
         linear = self.linearisation and self.linearisation.take(index)

@@ -4,8 +4,6 @@
 What is wrong with the log is asked before what is wrong with the robot.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
@@ -44,7 +42,7 @@ class Logged:
         model: Model,
         mend: bool,
         by_torques: bool,
-    ) -> Logged:
+    ) -> 'Logged':
         """Look for faults, `by_torques` in their balance too, and `mend` those that are sure."""
         each = find_faults([*recordings, *hold_out], model, by_torques)
         log = cls(recordings, hold_out, tuple(each), tuple(pooled(each)))
@@ -58,7 +56,7 @@ class Logged:
     def decided(self) -> bool:
         return any(f.gained > LIMITS.decided for f in self.in_the_way)
 
-    def without(self, faults: Sequence[Found]) -> Logged:
+    def without(self, faults: Sequence[Found]) -> 'Logged':
         """The recordings without those faults that can be undone; itself where none can."""
         undone = [f for f in faults if f.can_be_mended]
         if not undone:
@@ -71,7 +69,7 @@ class Logged:
         )
 
     @property
-    def doubted(self) -> Logged:
+    def doubted(self) -> 'Logged':
         """With faults that may be there, and are not sure, where known effects do as well."""
         sure = self.in_the_way
         return replace(
@@ -138,7 +136,7 @@ class Cut:
         settings: Settings,
         model: Model,
         as_given: bool = False,
-    ) -> Cut:
+    ) -> 'Cut':
         if as_given:
             return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a posed problem to the set of effects that is chosen, and how sure the choice is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -87,7 +85,7 @@ class Search:
         """A hypothesis by its effects, if it was fitted."""
         return next((s for s in self.sets if s.names == names), None)
 
-    def choosing(self, other: Scored) -> Search:
+    def choosing(self, other: Scored) -> 'Search':
         """The search with another set chosen; itself where folds do not ask for all of that."""
         assert self.judge and self.last_fit
         if self.judge(other.at).names != other.names:

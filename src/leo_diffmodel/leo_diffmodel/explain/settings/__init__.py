@@ -5,8 +5,6 @@ What is a fact (2 pi, the median of chi-squared), a guard of a division or a mat
 where it is used.
 """
 
-from __future__ import annotations
-
 import ast
 from dataclasses import dataclass, field, fields, replace
 import inspect
@@ -27,7 +25,7 @@ class Settings:
     numerics: Numerics = field(default_factory=Numerics)
     grids: Grids = field(default_factory=Grids)
 
-    def changed(self, **numbers: Any) -> Settings:
+    def changed(self, **numbers: Any) -> 'Settings':
         """These settings with other numbers, by the names of fields of the three."""
         parts = {part.name: getattr(self, part.name) for part in fields(self)}
         names = {part: {f.name for f in fields(value)} for part, value in parts.items()}

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an answer says of a law that is no known effect: where, of what, its curve, its formula."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,7 +56,7 @@ class Unknown:
     source: str = ''  # where the effect file was written; '' where it was not
 
     @classmethod
-    def of_law(cls, tried: Attempt) -> Unknown:
+    def of_law(cls, tried: Attempt) -> 'Unknown':
         """A law that was found in words and numbers."""
         law, effect, parameters = tried.fitted_law, tried.effect, _parameters(tried)
         values = ', '.join(_value(name, p) for name, p in parameters.items())

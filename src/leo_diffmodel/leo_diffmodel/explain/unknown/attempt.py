@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Try a curve in earnest: its law as one effect more, fitted together with what a fit holds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,12 +78,12 @@ class Attempt:
         """What it saves of the loss of its base on the training windows [nats]."""
         return gain(self.base, self.fit, self.scored.at.problem.train)
 
-    def refitted(self, fitted: Fit) -> Attempt:
+    def refitted(self, fitted: Fit) -> 'Attempt':
         """This attempt with another fit of its hypothesis."""
         at = self.scored.at._replace(fit=fitted)
         return replace(self, scored=replace(self.scored, at=at))
 
-    def on(self, base: Fit) -> Attempt:
+    def on(self, base: Fit) -> 'Attempt':
         """This attempt with the very effects of a fit, of which another process gives copies."""
         hypothesis = base.hypothesis.with_candidate(self.candidate)
         return replace(self.refitted(replace(self.fit, hypothesis=hypothesis)), base=base)

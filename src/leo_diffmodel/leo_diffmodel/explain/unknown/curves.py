@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is left as a free function of every variable, at every joint."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -50,7 +48,7 @@ class Variable:
         at = np.clip(values, self.knots[0], self.knots[-1])
         return np.stack([np.interp(at, self.knots, row) for row in np.eye(len(self.knots))], -1)
 
-    def ring(self, period: float, count: int) -> Variable:
+    def ring(self, period: float, count: int) -> 'Variable':
         """The variable within one period, with so many knots."""
         return replace(self, knots=period * np.arange(count) / count, period=period)
 
@@ -74,7 +72,7 @@ class Curve:
         """Its variable along the data as another model predicts them."""
         return next(v for v in variables(left, self.joint) if v.kind == self.variable.kind)
 
-    def again(self, left: Influence) -> Curve:
+    def again(self, left: Influence) -> 'Curve':
         """This curve from another linearisation."""
         variable, regression = self.seen_from(left), Regression(left, self.joint)
         score = regressed(regression, variable, self.carrier, self.hertz)

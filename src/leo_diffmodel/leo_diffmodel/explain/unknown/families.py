@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Families of readable laws y = f(x): linear in some parameters, a grid over the others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -35,7 +33,7 @@ class Family:
         size, phase = np.hypot(sine, cosine), np.arctan2(cosine, sine)
         return np.concatenate([coefficients[:-2], [size], self.grid[index], [phase]])
 
-    def with_constant(self) -> Family:
+    def with_constant(self) -> 'Family':
         """The same and a constant c."""
         return replace(
             self,

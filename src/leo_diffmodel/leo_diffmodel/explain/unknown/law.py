@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A readable law for a curve: the form that explains most of what is left out of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +28,7 @@ class Law:
     read: bool = False  # it is the curve, whose values are no parameters
 
     @classmethod
-    def of(cls, curve: Curve, family: Family, values: Array) -> Law:
+    def of(cls, curve: Curve, family: Family, values: Array) -> 'Law':
         """A law of a family, its parameters with units and bounds."""
         own, x = '' if curve.carrier == 'drive' else 'N m', curve.variable.unit
         made = [Parameter(name, _unit(own, x, n)) for name, n in family.linear]
@@ -52,7 +50,7 @@ class Law:
     def at(self, x: Array) -> Array:
         return self.family.law(x, **self.by_name)
 
-    def settled(self, values: Array) -> Law:
+    def settled(self, values: Array) -> 'Law':
         """This law with other values, which are also where its shape is neutral."""
         if self.read:
             return replace(self, values=values)

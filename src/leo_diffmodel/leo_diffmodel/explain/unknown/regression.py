@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Least squares of a missing torque, judged on the folds that are left out of it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +35,7 @@ class Score(NamedTuple):
         best = np.argmax(self.others, axis=0)
         return float(self.left_out[best, np.arange(len(best))].sum())
 
-    def at(self, index: int) -> Score:
+    def at(self, index: int) -> 'Score':
         return Score(*(field[index] for field in self))
 
 
