@@ -24,10 +24,7 @@ def predict(
     push: Array | None = None,
     near: bool | Along = False,
 ) -> Array:
-    """Sensed states from the start states (..., W, 2J), shape (..., W, K+1, 2J).
-
-    `near`: see `rollout`.
-    """
+    """Sensed states (..., W, K+1, 2J) from start states (..., W, 2J), `near` as in `rollout`."""
     joints = windows.q.shape[-1]
     q, dq = rollout(
         own(model, windows),

@@ -69,8 +69,8 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
     for j in range(size):
         for k in range(size):
             out.by_angle[j, k] = out.by_rate[j, k] = 0.0
-    accelerated(tree, room, n, faster, out)
     for i in range(tree.kind.shape[0]):
+        carried(tree, i, room, n, faster, out)
         _stirred(i, room, out)
     for i in range(tree.kind.shape[0] - 1, -1, -1):
         if tree.column[i] >= 0:
@@ -86,14 +86,7 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
 
 
 @compiled_in_place
-def accelerated(tree: Tree, room: Room, n: int, faster: Array, out: Slopes) -> Any:
-    """Fill the accelerations of links that are placed and moving, and how their screws change."""
-    for i in range(tree.kind.shape[0]):
-        _carried(tree, i, room, n, faster, out)
-
-
-@compiled_in_place
-def _carried(tree: Tree, i: int, room: Room, n: int, faster: Array, out: Slopes) -> Any:
+def carried(tree: Tree, i: int, room: Room, n: int, faster: Array, out: Slopes) -> Any:
     """Fill the acceleration of link i, and how its screw changes with that of its parent."""
     above, turn, screw = tree.parent[i], out.turn, room.screw
     wx, wy, wz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -183,19 +176,17 @@ def _felt(room: Room, out: Slopes, i: int) -> Any:
     px, py, pz = -2.0 * t[i, 9], -2.0 * t[i, 10], -2.0 * t[i, 11]
     sx, sy, sz, vx, vy, vz = row(s, i)
     fx, fy, fz, ux, uy, uz = row(f, i)
-    ax, ay, az = _plus(cross(px, py, pz, p[i, 0], p[i, 1], p[i, 2]), cross(sx, sy, sz, ux, uy, uz))
+    ax, ay, az = cross(px, py, pz, p[i, 0], p[i, 1], p[i, 2])
+    lx, ly, lz = cross(sx, sy, sz, ux, uy, uz)
     bx, by, bz = cross(px, py, pz, sx, sy, sz)
-    mx, my, mz = _plus(cross(sx, sy, sz, fx, fy, fz), cross(vx, vy, vz, ux, uy, uz))
+    mx, my, mz = cross(sx, sy, sz, fx, fy, fz)
+    nx, ny, nz = cross(vx, vy, vz, ux, uy, uz)
     tx, ty, tz = _stirred_by(t, i, p[i, 0], p[i, 1], p[i, 2])
     rx, ry, rz = _stirred_by(t, i, sx, sy, sz)
-    angle = a + tx + mx, b + ty + my, c + tz + mz, d + ax, e + ay, g + az
+    tx, ty, tz = a + tx + mx + nx, b + ty + my + ny, c + tz + mz + nz
+    angle = tx, ty, tz, d + ax + lx, e + ay + ly, g + az + lz
     h = 2.0 * j + rx, 2.0 * k + ry, 2.0 * m + rz, 2.0 * n + bx, 2.0 * o + by, 2.0 * q + bz
     return angle, h
-
-
-@compiled_in_place
-def _plus(a: Any, b: Any) -> Any:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @compiled_in_place
@@ -223,11 +214,9 @@ def _pulled_on(tree: Tree, figures: Array, i: int, room: Room, out: Array) -> An
             nx, ny, nz = cross(gx + s[j, 3], gy + s[j, 4], gz + s[j, 5], ex, ey, ez)
             k, below = i, True
             while k >= 0:
-                if tree.column[k] >= 0 and below:
-                    out[tree.column[k], tree.column[j]] -= along(s, k, (mx, my, mz, fx, fy, fz))
-                elif tree.column[k] >= 0:
-                    turned = s[k, 0] * nx + s[k, 1] * ny + s[k, 2] * nz
-                    out[tree.column[k], tree.column[j]] -= turned
+                if tree.column[k] >= 0:
+                    felt = (mx, my, mz, fx, fy, fz) if below else (nx, ny, nz, 0.0, 0.0, 0.0)
+                    out[tree.column[k], tree.column[j]] -= along(s, k, felt)
                 below = below and k != j
                 k = tree.parent[k]
         j = tree.parent[j]
@@ -266,7 +255,6 @@ def weighing(
                 if tree.column[j] >= 0:
                     total = 0.0
                     for k in range(6):
-                        more_here = new[k] - after[k] - old[k] + before[k]
-                        total += room.screw[j, k] * more_here
+                        total += room.screw[j, k] * (new[k] - after[k] - old[k] + before[k])
                     out[n, tree.column[j]] += total
                 j = tree.parent[j]

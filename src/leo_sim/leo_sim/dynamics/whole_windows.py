@@ -34,7 +34,7 @@ from leo_sim.dynamics.window_input import (
     pieces,
     Play,
 )
-from leo_sim.dynamics.window_kernel import kept_size
+from leo_sim.dynamics.window_kernel import KEPT
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
 
@@ -86,11 +86,10 @@ def run(
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    others = _near(lead, gears.gap) if near else 0
+    others, kept, known = _company(near, gears.gap, lead, driving, size)
     windows = math.prod(lead) // (1 + others)
-    kept = _kept(near, driving, windows, size) if others else (np.empty((0, 0, 0)), 0)
     bodies = tree.tree, *tree.world, tree.each(lead), others
-    told = (*bodies, *kept, driving, gears, *bent, *loops, angles, rates)
+    told = (*bodies, kept, known, driving, gears, *bent, *loops, angles, rates)
     run_states(*told, 0, 0)  # compiled by one thread: two at once compile it again
     shares = parts(windows, math.prod(lead) * len(cut.parts) * size, LEAST)
     at_once(lambda share: run_states(*told, share.start, share.stop), shares)
@@ -108,21 +107,23 @@ def _sensed(laws: Laws, cut: Pieces, memory: Memory, q: Array, dq: Array) -> tup
     return angles[at], rates[at]
 
 
-def _near(lead: tuple[int, ...], gap: Array) -> int:
-    """How many states follow the first one of their window; none where only some have play."""
-    rows = lead[0] if len(lead) == 2 else 1
-    alike = (gap > 0) == (gap[: lead[-1]] > 0).all(axis=0)
-    return rows - 1 if alike.all() else 0
+def _company(
+    near: bool | Along, gap: Array, lead: tuple[int, ...], driving: Driving, size: int
+) -> tuple[int, Array, int]:
+    """How many states follow the first one of their window, what is kept of it, and if known.
 
-
-def _kept(near: bool | Along, driving: Driving, windows: int, size: int) -> tuple[Array, int]:
-    """Room for the first motions of so many windows, and 1 where they are known."""
-    if not isinstance(near, Along):
-        return np.empty((0, 0, 0)), 0
+    None follow where only some have play.
+    """
+    others, windows = (lead[0] - 1 if near and len(lead) == 2 else 0), lead[-1]
+    if not ((gap > 0) == (gap[:windows] > 0).all(axis=0)).all():
+        others = 0
+    if not (others and isinstance(near, Along)):
+        return others, np.empty((0, 0, 0)), 0
     known = near.kept is not None
     if near.kept is None:
-        near.kept = np.empty((windows, int(driving.parts.sum()), kept_size(size)))
-    return near.kept, int(known)
+        numbers = (KEPT + 3) * size + 5 * size**2
+        near.kept = np.empty((windows, int(driving.parts.sum()), numbers))
+    return others, near.kept, int(known)
 
 
 def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:

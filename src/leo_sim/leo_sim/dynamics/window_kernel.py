@@ -26,7 +26,7 @@ from leo_sim.dynamics.tree_kernel import (
     Tree,
 )
 from leo_sim.dynamics.tree_slopes import (
-    accelerated,
+    carried,
     Slopes,
     slopes,
     slopes_at_rest,
@@ -42,7 +42,7 @@ Work = namedtuple(
 )
 """Room for R states: 20 fields in rows (20, R, J), h (1, 1), the inverse of the inertia of the
 first one and what the others need (2, J, J), impulses (R, 3, J)."""
-KEPT = 11  # fields of the first one that the others need, the first ones
+KEPT = 11  # fields of the first state that the others need: the first ones, (K, J)
 
 
 class World(NamedTuple):
@@ -74,11 +74,6 @@ def work_of(count: int, size: int) -> Any:
     return Work(r, *first, *second, h, inverse, back, given)
 
 
-def kept_size(joints: int) -> int:
-    """Numbers of a substep that are kept of a motion, for others near it."""
-    return (KEPT + 3) * joints + 5 * joints**2
-
-
 @compiled_without_gil
 def run(
     tree: Tree,
@@ -103,7 +98,7 @@ def run(
 
     Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
     Of N = R x W states those W apart go together, R = 1 + `others`. Of the first ones what the
-    others need is kept, or `known`, in (W, substeps, `kept_size`), where that has rows.
+    others need is kept, or `known`, in (W, substeps, (KEPT + 3) J + 5 J^2), if that has rows.
     Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
     servos' loops are functions of three parameters and the voltage. Bent and looped have their
     parameters and places. The first angles and rates are given.
@@ -254,7 +249,8 @@ def _moved_again(world: World, w: int, room: Room, tangents: Slopes, work: Work)
     s = world.of[0]
     placed(world.tree, world.figures[s], 0, work.q, room)
     moving(world.tree, world.figures[s], world.gravity[s], 0, work.mean, room)
-    accelerated(world.tree, room, 0, work.faster, tangents)
+    for i in range(world.tree.kind.shape[0]):
+        carried(world.tree, i, room, 0, work.faster, tangents)
 
 
 @compiled_in_place

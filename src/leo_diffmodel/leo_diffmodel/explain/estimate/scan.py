@@ -79,10 +79,7 @@ class Scanner:
         return self._found(candidate, theta, float(gains[best]), change, grid)
 
     def change(self, candidate: Candidate, points: Array) -> Array:
-        """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M).
-
-        Where that is straight: the points are near what changes nothing.
-        """
+        """What a candidate at points (S, P) near neutral does, start states out, (S, M)."""
         neutral = [p.neutral for p in candidate.parameters]
         e = self._tried(candidate, np.array([neutral, *points]), self._along)
         return self.without_starts(e[0] - e[1:])

@@ -172,10 +172,7 @@ class Problem:
     def residual(
         self, start: Array, model: Model | None = None, near: bool | Along = False
     ) -> Array:
-        """Whitened residual of the model from some start states (..., W, 2J), (..., W, N).
-
-        `near`: those of a window differ little, see `rollout`.
-        """
+        """Whitened residual (..., W, N) from start states (..., W, 2J), `near` as in `rollout`."""
         predicted = predict(model or self.base, self.windows, start, near=near)
         return whiten(self.windows, predicted, self.noise, self.numerics.farthest)
 
