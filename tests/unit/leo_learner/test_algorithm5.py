@@ -57,17 +57,9 @@ def loop(tmp_path, monkeypatch):
         if returns is not None:
             given = iter(returns)
             monkeypatch.setattr(algorithm5, 'play', lambda *a, **k: play(*a) * 0 + next(given))
-        made.source = Fitting(robot)
-        return Algorithm5(
-            tmp_path / folder,
-            ideal,
-            SMALL,
-            replace(SETTINGS, **changed),
-            robot,
-            made.source,
-            say=said.append,
-            start=start,
-        )
+        made.source, settings = Fitting(robot), replace(SETTINGS, **changed)
+        parts = tmp_path / folder, ideal, SMALL, settings, robot, made.source
+        return Algorithm5(*parts, say=said.append, start=start)
 
     made.said, made.folder = said, tmp_path
     return made
@@ -193,15 +185,13 @@ def test_weights_that_do_not_go_with_the_model_are_ignored(loop):
 @pytest.mark.parametrize(
     'make',
     [
-        lambda: sarsa.Training(
-            driven(training_env(Model('leo_ode')), 'sym'), sarsa.CONFIGS['thesis'], 0
-        ),
-        lambda: Training(driven(training_env(Model('leo_ode')), 'sym'), RECOMMENDED_WALKING, 0),
-        lambda: Training(training_env(Model('leo_ode')), THESIS_WALKING, 0),
+        lambda env: sarsa.Training(driven(env, 'sym'), sarsa.CONFIGS['thesis'], 0),
+        lambda env: Training(driven(env, 'sym'), RECOMMENDED_WALKING, 0),
+        lambda env: Training(env, THESIS_WALKING, 0),
     ],
 )
 def test_the_learner_starts_only_from_what_it_can_go_on_with(tmp_path, make):
-    training, robot = make(), load_robot('leo_ode')
+    training, robot = make(training_env(Model('leo_ode'))), load_robot('leo_ode')
     save_checkpoint(tmp_path, training)
     save_policy(tmp_path / POLICY, training, robot)
     with pytest.raises(UserError, match=r'cannot go on|another configuration'):

@@ -17,49 +17,22 @@ SCALE = ('voltage_scale', 'pivot', 'command')
 SHOULDER = ('viscous_friction', 'shoulder', 'friction')
 
 
+def pivot(name, **others):
+    """A row at the pivot, and how far from it are the others it may be confused with there."""
+    return row(name, 'pivot', *((other, 'pivot', apart) for other, apart in others.items()))
+
+
 @pytest.mark.parametrize(
     ('said', 'found', 'right', 'family'),
     [
-        ('named', row('viscous_friction', 'pivot'), True, True),
-        ('named', row('back_emf_scale', 'pivot', ('viscous_friction', 'pivot', 0.0)), True, True),
-        ('named', row('coulomb_friction', 'pivot'), False, True),
-        ('unknown', row('viscous_friction', 'pivot'), False, False),
-        (
-            'ambiguous',
-            row('coulomb_friction', 'pivot', ('viscous_friction', 'pivot', 3.0)),
-            True,
-            True,
-        ),
-        (
-            'ambiguous',
-            row('coulomb_friction', 'pivot', ('viscous_friction', 'pivot', 7.0)),
-            False,
-            True,
-        ),
-        (
-            'ambiguous',
-            row(
-                'a',
-                'pivot',
-                ('b', 'pivot', 1.0),
-                ('c', 'pivot', 2.0),
-                ('viscous_friction', 'pivot', 3.0),
-            ),
-            False,
-            False,
-        ),
-        (
-            'ambiguous',
-            row(
-                'a',
-                'pivot',
-                ('b', 'pivot', 1.0),
-                ('back_emf_scale', 'pivot', 2.0),
-                ('viscous_friction', 'pivot', 3.0),
-            ),
-            True,
-            True,
-        ),
+        ('named', pivot('viscous_friction'), True, True),
+        ('named', pivot('back_emf_scale', viscous_friction=0.0), True, True),
+        ('named', pivot('coulomb_friction'), False, True),
+        ('unknown', pivot('viscous_friction'), False, False),
+        ('ambiguous', pivot('coulomb_friction', viscous_friction=3.0), True, True),
+        ('ambiguous', pivot('coulomb_friction', viscous_friction=7.0), False, True),
+        ('ambiguous', pivot('a', b=1.0, c=2.0, viscous_friction=3.0), False, False),
+        ('ambiguous', pivot('a', b=1.0, back_emf_scale=2.0, viscous_friction=3.0), True, True),
     ],
 )
 def test_single_effects(said, found, right, family):
@@ -98,6 +71,9 @@ def test_pairs_need_a_row_each():
     assert not verdict(truth, 'named', both[0])['right']
 
 
+CONFUSED = row('joint_spring', 'pivot', ('link_com', 'bob', 2.0))
+
+
 @pytest.mark.parametrize(
     ('kind', 'said', 'rows', 'variable', 'right', 'lone'),
     [
@@ -106,22 +82,8 @@ def test_pairs_need_a_row_each():
         ('cable', 'named', (row('joint_spring', 'pivot'),), None, False, True),
         ('cable', 'named', (row('joint_spring', 'pivot', inclusion=0.7),), None, False, False),
         ('hysteresis', 'unknown', (), 'path', True, False),
-        (
-            'hysteresis',
-            'ambiguous',
-            (row('coulomb_friction', 'pivot', ('backlash', 'pivot', 2.0)),),
-            None,
-            True,
-            False,
-        ),
-        (
-            'cable',
-            'ambiguous',
-            (row('joint_spring', 'pivot', ('link_com', 'bob', 2.0)),),
-            None,
-            False,
-            False,
-        ),
+        ('hysteresis', 'ambiguous', (pivot('coulomb_friction', backlash=2.0),), None, True, False),
+        ('cable', 'ambiguous', (CONFUSED,), None, False, False),
     ],
 )
 def test_outside_the_catalogue(kind, said, rows, variable, right, lone):
@@ -131,14 +93,9 @@ def test_outside_the_catalogue(kind, said, rows, variable, right, lone):
 
 
 def test_parameters_are_off_by_a_share_of_their_size():
-    (error,) = verdict(truth_of('effect', VISCOUS), 'named', row('viscous_friction', 'pivot'))[
-        'errors'
-    ]
-    assert error == {
-        'parameter': 'viscous_friction.b',
-        'error': pytest.approx(0.1),
-        'inside': True,
-    }
+    judged = verdict(truth_of('effect', VISCOUS), 'named', pivot('viscous_friction'))
+    off = pytest.approx(0.1)
+    assert judged['errors'] == [{'parameter': 'viscous_friction.b', 'error': off, 'inside': True}]
 
 
 def test_a_ripple_may_be_found_with_the_other_sign():
@@ -169,9 +126,8 @@ def test_the_table_counts_what_was_taken_for_what():
         verdict(truth, 'named', row('coulomb_friction', 'pivot')),
         verdict(truth, 'fine'),
     ]
-    assert confusion(rows) == {
-        'viscous_friction': {'viscous_friction': 1, 'coulomb_friction': 1, 'fine': 1}
-    }
+    taken = {'viscous_friction': 1, 'coulomb_friction': 1, 'fine': 1}
+    assert confusion(rows) == {'viscous_friction': taken}
     rates = summary('effect', rows)
     assert (rates['right']['hits'], rates['family']['hits'], rates['cases']) == (1, 2, 3)
     assert rates['intervals']['rate'] == 1.0

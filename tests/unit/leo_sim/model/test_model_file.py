@@ -168,8 +168,8 @@ def entry(**changes):
     return [{**FRICTION, **changes}]
 
 
-def parameter(**changes):
-    return {'b': {'value': 1e-5, 'unit': 'N m s/rad', **changes}}
+def with_b(**changes):
+    return entry(parameters={'b': {'value': 1e-5, 'unit': 'N m s/rad', **changes}})
 
 
 @pytest.mark.parametrize(
@@ -177,22 +177,16 @@ def parameter(**changes):
     [
         ({'effects': entry(name='viscous_frction')}, ['effects[0]', 'viscous_friction?']),
         ({'effects': entry(where='elbow')}, ['effects[0]', "'elbow'", 'pivot']),
-        (
-            {'effects': entry(parameters=parameter(unit='N m'))},
-            ['viscous_friction.b', "'N m s/rad'", "'N m'"],
-        ),
-        ({'effects': entry(parameters=parameter(value=True))}, ['b.value', 'a number is wanted']),
-        (
-            {'effects': entry(parameters=parameter(ci95=[2.0, 1.0]))},
-            ['b.ci95', 'the lower bound comes first'],
-        ),
-        ({'effects': entry(parameters=parameter(value=-1.0))}, ['viscous_friction.b', '-1']),
+        ({'effects': with_b(unit='N m')}, ['viscous_friction.b', "'N m s/rad'", "'N m'"]),
+        ({'effects': with_b(value=True)}, ['b.value', 'a number is wanted']),
+        ({'effects': with_b(ci95=[2.0, 1.0])}, ['b.ci95', 'the lower bound comes first']),
+        ({'effects': with_b(value=-1.0)}, ['viscous_friction.b', '-1']),
         ({'effects': entry(parameters={'mu': {'value': 1, 'unit': ''}})}, ["'mu'", 'it has: b']),
         (
             {'effects': entry(parameters={'b': {'value': 1}})},
             ['effects.0.parameters.b.unit', 'missing'],
         ),
-        ({'effects': entry(parameters=parameter(value='much'))}, ['effects.0.parameters.b.value']),
+        ({'effects': with_b(value='much')}, ['effects.0.parameters.b.value']),
         ({'robot': 'pendulm'}, ["'pendulm'", 'pendulum?']),
         ({'colour': 'red'}, ['colour', 'unknown key']),
         ({'constants': {'links.bob.mas': {'value': 1, 'unit': 'kg'}}}, ['links.bob.mass?']),
