@@ -212,10 +212,8 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
 def test_a_cable_that_is_slack_most_of_the_time_is_no_known_effect(seed):
     law = get_effect(str(Path(kinds.__file__).with_name('cable.py')))
     cable = place(LEO, law, 'left_knee', k=1.2, slack=-0.3, side=-1.0)
-    bags = [
-        recorded(cable, start=start, seconds=seconds, seed=seed)
-        for start, seconds in (('hanging', 4.0), ('standing', 2.5))
-    ]
+    starts = {'hanging': 4.0, 'standing': 2.5}
+    bags = [recorded(cable, start=s, seconds=t, seed=seed) for s, t in starts.items()]
     found = explain(bags, Model(LEO, engine='rigid'))
     assert (found.verdict, found.effects) == ('unknown', [])
     told = found.unknown.to_json()
