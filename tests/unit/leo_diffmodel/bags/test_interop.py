@@ -104,10 +104,8 @@ def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, r
     folder = tmp_path / 'foreign'
     with RosbagsWriter(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         text, digest = definition(JOINT_STATE)
-        connections = {
-            topic: writer.add_connection(topic, JOINT_STATE, msgdef=text, rihs01=digest)
-            for topic in ('/arm/states', '/arm/applied')
-        }
+        said, topics = {'msgdef': text, 'rihs01': digest}, ('/arm/states', '/arm/applied')
+        connections = {t: writer.add_connection(t, JOINT_STATE, **said) for t in topics}
         for k in range(200):
             stamp = k * 10_000_000
             volts = run.inputs['pivot']['voltage'][k]

@@ -289,10 +289,8 @@ def test_straight_effects_are_those_in_proportion_to_their_size(model):
 def test_what_moves_the_ground_takes_part_whatever_its_scan_promises(model, monkeypatch):
     labels = ('viscous_friction:left_knee', 'ground_slope:ground', 'encoder_offset:base_z')
     labels += ('link_mass:torso', 'encoder_offset:left_knee')
-    scans = [
-        SimpleNamespace(candidate=candidate(model, label), gain=gain)
-        for label, gain in zip(labels, (50.0, -9.0, -9.0, 1.0, 1.0), strict=True)
-    ]
+    promised = zip(labels, (50.0, -9.0, -9.0, 1.0, 1.0), strict=True)
+    scans = [SimpleNamespace(candidate=candidate(model, c), gain=gain) for c, gain in promised]
     late, played = iter([False, True]), []
     problem = SimpleNamespace(
         base=model,
@@ -327,11 +325,8 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
             residual=windows,
             start=np.zeros((12, 18)),
         )
-        posed = SimpleNamespace(
-            problem=SimpleNamespace(
-                train=np.ones(12, dtype=bool), gates=ON_GROUND.gates, numerics=ON_GROUND.numerics
-            )
-        )
+        settings = {'gates': ON_GROUND.gates, 'numerics': ON_GROUND.numerics}
+        posed = SimpleNamespace(problem=SimpleNamespace(train=np.ones(12, dtype=bool), **settings))
         return Iterate(posed, fitted, step)
 
     def advanced(at):
