@@ -29,6 +29,7 @@ from leo_sim.description.robot import load_robot
 HARM = '\x1b]0;owned\x07\x1b[2J\x9b31m[bold]x[/red]\u202e'
 SPELT = r'\x1b]0;owned\x07\x1b[2J\x9b31m[bold]x[/red]\u202e'
 OBEYED = re.compile('[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]')
+FILE = HARM.replace('/', '')
 SHOW = 'leo() { printf "%s\\n" "$@"; }\n'
 
 
@@ -91,9 +92,8 @@ def hostile_bag(folder: Path) -> Path:
         writer.add_metadata('leo', {'robot': HARM, HARM: HARM})
         text, _ = definition(JOINT_STATE)
         schema = writer.register_schema(JOINT_STATE, 'ros2msg', text.encode())
-        channels = [
-            writer.register_channel(name, 'cdr', schema) for name in ('/joint_states', f'/{HARM}')
-        ]
+        names = '/joint_states', f'/{HARM}'
+        channels = [writer.register_channel(name, 'cdr', schema) for name in names]
         for k in range(20):
             for channel in channels:
                 writer.add_message(channel, k, joint_state(k * 10**7, [HARM], [0.1 * k], [1.0]), k)
@@ -112,8 +112,8 @@ def harmless(text: str) -> bool:
         ['compare', 'bag', '--model', 'pendulum'],
         ['check', 'bag', '--model', 'pendulum'],
         ['bag', 'show', 'bag'],
-        ['import', f'{HARM.replace("/", "")}.csv', '--map', 'map.yaml', '-o', 'new'],
-        ['import', 'log.csv', '--map', 'map.yaml', '-o', HARM.replace('/', '')],
+        ['import', f'{FILE}.csv', '--map', 'map.yaml', '-o', 'new'],
+        ['import', 'log.csv', '--map', 'map.yaml', '-o', FILE],
         ['import', 'bad.csv', '--map', 'map.yaml', '-o', 'other'],
         ['compare', HARM, '--model', HARM],
         ['add', 'pendulum', f'{HARM}:pivot', 'b=1', '-o', 'm.yaml'],
@@ -124,31 +124,19 @@ def harmless(text: str) -> bool:
 def test_no_verb_prints_what_is_obeyed(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     hostile_bag(tmp_path / 'bag')
-    log = 't,q\n0,0.1\n0.01,0.2\n0.02,0.3\n'
-    for name in (f'{HARM.replace("/", "")}.csv', 'log.csv'):
-        (tmp_path / name).write_text(log)
+    for name in (f'{FILE}.csv', 'log.csv'):
+        (tmp_path / name).write_text('t,q\n0,0.1\n0.01,0.2\n0.02,0.3\n')
     (tmp_path / 'bad.csv').write_text(f't,q\n0,{HARM}\n')
-    (tmp_path / 'map.yaml').write_text(
-        yaml.safe_dump({'time': 't', 'joints': {HARM: {'position': 'q'}}, 'robot': HARM})
-    )
+    column_map = {'time': 't', 'joints': {HARM: {'position': 'q'}}, 'robot': HARM}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(column_map))
     (tmp_path / 'mine').mkdir()
     pendulum = load_robot('pendulum')
-    for name, text in (
-        ('robot.urdf', pendulum.urdf),
-        ('robot.yaml', (pendulum.folder / 'robot.yaml').read_text()),
-    ):
+    said = (pendulum.folder / 'robot.yaml').read_text()
+    for name, text in (('robot.urdf', pendulum.urdf), ('robot.yaml', said)):
         (tmp_path / 'mine' / name).write_text(text.replace('pivot', 'pi\x9b31mvot'))
-    (tmp_path / 'e.json').write_text(
-        json.dumps(
-            {
-                'verdict': HARM,
-                'effects': [],
-                'constants': {},
-                'not_testable': [],
-                'provenance': {'robot': HARM, 'bags': [], 'date': HARM},
-            }
-        )
-    )
+    origin = {'provenance': {'robot': HARM, 'bags': [], 'date': HARM}}
+    told = {'verdict': HARM, 'effects': [], 'constants': {}, 'not_testable': []}
+    (tmp_path / 'e.json').write_text(json.dumps(told | origin))
     assert cli.main(words) in (0, 1, 2)
     out, err = capsys.readouterr()
     assert out + err and harmless(out) and harmless(err), (out, err)

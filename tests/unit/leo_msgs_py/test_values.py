@@ -79,11 +79,8 @@ def test_what_a_joint_state_broadcaster_publishes():
     }
     message = decode(dynamic(STAMP, joints), 'control_msgs/msg/DynamicJointState')
     applied = Applied.from_dynamic(message, 'effort')
-    assert (applied.stamp_ns, applied.names, applied.interface) == (
-        STAMP,
-        ('knee', 'hip'),
-        'effort',
-    )
+    read = (applied.stamp_ns, applied.names, applied.interface)
+    assert read == (STAMP, ('knee', 'hip'), 'effort')
     np.testing.assert_array_equal(applied.values, [3.0, 4.0])
     np.testing.assert_array_equal(applied.enabled, [True, False])
     with pytest.raises(UserError, match="interface 'voltage'"):

@@ -125,9 +125,8 @@ def test_a_chunk_costs_what_it_holds_not_what_it_declares(compression, filled, m
         'print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before,\n'
         '      contents.damaged, contents.message_count)\n'
     )
-    done = subprocess.run(
-        [sys.executable, '-c', code, str(file)], capture_output=True, text=True, check=True
-    )
+    words = [sys.executable, '-c', code, str(file)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
     grown, damaged, messages = map(int, done.stdout.split())
     assert (damaged, messages) == (1, 400)
     assert grown * 1024 < most

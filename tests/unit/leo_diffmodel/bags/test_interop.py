@@ -39,16 +39,14 @@ COUNT = 2000
 @pytest.fixture(scope='module')
 def run() -> Run:
     t = np.arange(COUNT) * 0.01
-    inputs = {
-        'pivot': {
-            'voltage': np.sin(7 * t),
-            'enabled': np.ones(COUNT),
-            'current': np.cos(7 * t),
-            'supply_voltage': 7.5 + 0 * t,
-            'temperature': 30.0 + t,
-        }
+    pivot = {
+        'voltage': np.sin(7 * t),
+        'enabled': np.ones(COUNT),
+        'current': np.cos(7 * t),
+        'supply_voltage': 7.5 + 0 * t,
+        'temperature': 30.0 + t,
     }
-    return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
+    return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs={'pivot': pivot})
 
 
 @pytest.fixture(scope='module')
@@ -60,10 +58,8 @@ def test_rosbags_reads_ours(bag, run):
     with AnyReader([bag]) as reader:
         counts = {c.topic: (c.msgtype, c.msgcount) for c in reader.connections}
         states = [c for c in reader.connections if c.topic == '/joint_states']
-        q = [
-            reader.deserialize(data, c.msgtype).position[0]
-            for c, _, data in reader.messages(states)
-        ]
+        found = reader.messages(states)
+        q = [reader.deserialize(data, c.msgtype).position[0] for c, _, data in found]
         (episode,) = (c for c in reader.connections if c.topic == '/robot/episode')
         durability = episode.ext.offered_qos_profiles[0].durability.name
     assert counts == {
@@ -105,14 +101,11 @@ def test_metadata_is_rosbag2_version_9(bag):
 
 
 def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, run):
-    with RosbagsWriter(
-        tmp_path / 'foreign', version=9, storage_plugin=StoragePlugin.MCAP
-    ) as writer:
+    folder = tmp_path / 'foreign'
+    with RosbagsWriter(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         text, digest = definition(JOINT_STATE)
-        connections = {
-            topic: writer.add_connection(topic, JOINT_STATE, msgdef=text, rihs01=digest)
-            for topic in ('/arm/states', '/arm/applied')
-        }
+        said, topics = {'msgdef': text, 'rihs01': digest}, ('/arm/states', '/arm/applied')
+        connections = {t: writer.add_connection(t, JOINT_STATE, **said) for t in topics}
         for k in range(200):
             stamp = k * 10_000_000
             volts = run.inputs['pivot']['voltage'][k]
@@ -125,7 +118,7 @@ def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, r
         'topics: {joint_states: /arm/states, applied: /arm/applied}\ninput: applied\n'
         'joints: {pivot: {name: hinge}}\n'
     )
-    recording = read_bag(tmp_path / 'foreign', PENDULUM, tmp_path / 'map.yaml')
+    recording = read_bag(folder, PENDULUM, tmp_path / 'map.yaml')
     (episode,) = recording.episodes
     assert np.array_equal(episode.q, run.q[:200]) and recording.command_period == 0.01
     assert np.array_equal(episode.inputs[:, 0], run.inputs['pivot']['voltage'][:200])
@@ -277,9 +270,8 @@ def test_bytes_are_those_of_ros():
     arrays = np.array([1.0, -2.0]), np.array([0.5, 0.25])
     state = JointStates(10**18 + 7, ('hip', 'knee'), *arrays)
     applied = Applied(7, ('hip', 'knee'), arrays[0], 'voltage', np.array([True, False]))
-    for value, ours in (
-        (state, cdr.joint_state(state.stamp_ns, state.names, *arrays)),
-        (applied, cdr.joint_state(7, applied.names, effort=applied.nan_where_free)),
-    ):
+    said = cdr.joint_state(state.stamp_ns, state.names, *arrays)
+    asked = cdr.joint_state(7, applied.names, effort=applied.nan_where_free)
+    for value, ours in ((state, said), (applied, asked)):
         theirs = serialization.serialize_message(value.to_message())  # its padding is arbitrary
         assert cdr.encode(cdr.decode(theirs, JOINT_STATE)) == ours

@@ -34,14 +34,11 @@ def mcap(folder: Path, topics: int, facts: int = 0, finished: bool = True) -> Pa
 def sqlite(folder: Path, topics: int) -> Path:
     folder.mkdir()
     with sqlite3.connect(folder / 'bag_0.db3') as database:
-        database.execute(
-            'CREATE TABLE topics(id, name, type, serialization_format, offered_qos_profiles)'
-        )
+        columns = 'id, name, type, serialization_format, offered_qos_profiles'
+        database.execute(f'CREATE TABLE topics({columns})')
         database.execute('CREATE TABLE messages(id, topic_id, timestamp, data)')
-        database.executemany(
-            "INSERT INTO topics VALUES(?, ?, 'a/msg/B', 'cdr', '')",
-            ((k, f'/t{k}') for k in range(topics)),
-        )
+        rows = ((k, f'/t{k}') for k in range(topics))
+        database.executemany("INSERT INTO topics VALUES(?, ?, 'a/msg/B', 'cdr', '')", rows)
     return folder
 
 

@@ -16,13 +16,13 @@ ARM, PENDULUM = load_robot('double_pendulum'), load_robot('pendulum')
 STEP = 10_000_000
 
 
-def says(names, q, dq=None, step=STEP, count=200, late=0, frame=''):
-    """States each `step` [ns] of q(t), with rates where dq is given."""
+def says(names, q, dq=None, step=STEP, count=200, late=0, frame='', clock=0):
+    """States each `step` [ns] of q(t), with rates where dq is given; stamps are `clock` ahead."""
     stamps = [k * step + late for k in range(count * STEP // step)]
     many, rows = len(names), []
     for stamp in stamps:
         rates = [] if dq is None else [dq(stamp * 1e-9)] * many
-        data = state(stamp, names, [q(stamp * 1e-9)] * many, rates, frame=frame)
+        data = state(clock + stamp, names, [q(stamp * 1e-9)] * many, rates, frame=frame)
         rows.append(('/joint_states', JOINT_STATE, stamp, data))
     return rows
 
@@ -60,10 +60,7 @@ def test_a_half_without_rates_is_differentiated(tmp_path):
 
 
 def test_halves_on_clocks_of_their_own_are_joined_by_when_they_were_recorded(tmp_path):
-    away = [
-        (topic, kind, k, state(10**15 + k, ['elbow'], [line(k * 1e-9)]))
-        for topic, kind, k, _ in says(['elbow'], line)
-    ]
+    away = says(['elbow'], line, clock=10**15)
     (episode,) = read_bag(bag_of(tmp_path, *says(['shoulder'], np.sin), *away), ARM).episodes
     np.testing.assert_allclose(episode.q[:, 1], 0.5 * episode.t, atol=1e-9)
 
@@ -115,10 +112,7 @@ def test_two_that_nothing_tells_apart_are_refused(tmp_path, step):
 
 
 def test_two_clocks_that_take_turns_are_refused(tmp_path):
-    second = [
-        (topic, kind, k + 100, state(10**15 + k, ['pivot'], [np.sin(k * 1e-9)]))
-        for topic, kind, k, _ in says(['pivot'], np.sin)
-    ]
+    second = says(['pivot'], np.sin, late=100, clock=10**15)
     with pytest.raises(UserError, match=r'stamps that go back in 50% of the steps'):
         read_bag(bag_of(tmp_path, *says(['pivot'], np.sin), *second), PENDULUM)
 

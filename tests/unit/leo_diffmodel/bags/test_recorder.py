@@ -100,8 +100,7 @@ def test_a_killed_finisher_leaves_the_bag_as_it_was(tmp_path):
     writer.close()
 
 
-def test_a_restarted_robot_gets_the_next_bag_with_what_was_latched(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_a_restarted_robot_gets_the_next_bag_with_what_was_latched(tmp_path, recorder):
     recorder.describe({'robot': 'pendulum'})
     recorder.record(EPISODE, uint32(3))
     for stamp in [*range(0, 10**9, 10**7), *range(0, 10**9, 10**7)]:
@@ -127,8 +126,7 @@ def test_episodes_begin_where_they_were_published_however_late_they_were_recorde
     assert [len(episode.t) for episode in episodes] == [40, 40, 20]
 
 
-def test_messages_are_logged_when_they_arrived(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_messages_are_logged_when_they_arrived(tmp_path, recorder):
     recorder.record(EPISODE, uint32(1), 3, 5)
     for logged, stamp in ((7, 10**9), (9, 0)):
         recorder.record(STATES, state(stamp), logged - 1, logged)
@@ -154,8 +152,7 @@ def test_what_was_sent_before_a_restart_and_comes_after_it_is_left_out(tmp_path)
     assert [len(topics[n].messages) for n in ('/joint_states', '/others')] == [1, 3]
 
 
-def test_two_publishers_a_little_apart_stay_in_one_bag(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_two_publishers_a_little_apart_stay_in_one_bag(tmp_path, recorder):
     for k in range(50):
         recorder.record(STATES, state(10**9 + k * 10**7 - (k % 2) * 15 * 10**6))
     recorder.close()
@@ -186,8 +183,7 @@ def test_the_next_start_finishes_what_was_left_over(tmp_path):
     assert load(tmp_path / 'bag').finished
 
 
-def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_path, recorder):
     before = sum(isinstance(thing, ChunkIndex) for thing in gc.get_objects())
     for k in range(300):
         recorder.record(STATES, state(k), logged_ns=k + 1)
@@ -206,8 +202,7 @@ def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_
     assert read == [*range(101, 201)]
 
 
-def test_a_bag_keeps_the_numbers_of_its_messages(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_a_bag_keeps_the_numbers_of_its_messages(tmp_path, recorder):
     for number in (5, 6, 8, 0, 2**32 + 9):
         recorder.record(STATES, state(0), number=number)
     recorder.close()

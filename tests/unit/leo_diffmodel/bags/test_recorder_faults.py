@@ -83,8 +83,7 @@ def stamps(bag: Path) -> list[int]:
 
 
 @pytest.mark.parametrize('room', [0, 1, 37, 500])
-def test_a_full_disk_costs_what_came_meanwhile_and_nothing_else(room, tmp_path, disk):
-    recorder = Recorder(tmp_path / 'bag')
+def test_a_full_disk_costs_what_came_meanwhile_and_nothing_else(room, tmp_path, recorder, disk):
     recorder.describe({'robot': 'pendulum'})
     recorder.record(EPISODE, uint32(1))
     send(recorder, range(50))
@@ -112,8 +111,7 @@ def test_a_full_disk_costs_what_came_meanwhile_and_nothing_else(room, tmp_path, 
     assert any(f'{recorder.lost} messages were lost' in warning for warning in warnings)
 
 
-def test_a_disk_that_stays_full_leaves_a_bag_that_reads(tmp_path, disk):
-    recorder = Recorder(tmp_path / 'bag')
+def test_a_disk_that_stays_full_leaves_a_bag_that_reads(tmp_path, recorder, disk):
     send(recorder, range(50))
     disk.room = 30
     send(recorder, range(50, 80))
@@ -164,8 +162,7 @@ def test_no_room_to_finish_a_left_over_bag_leaves_it_as_it_was(tmp_path, monkeyp
     assert (tmp_path / 'bag' / 'bag_0.mcap').read_bytes() == content
 
 
-def test_a_removed_folder_is_noticed_at_once_and_the_next_bag_begins(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_a_removed_folder_is_noticed_at_once_and_the_next_bag_begins(tmp_path, recorder):
     recorder.record(EPISODE, uint32(4))
     send(recorder, range(50))
     shutil.rmtree(tmp_path / 'bag')
@@ -178,8 +175,7 @@ def test_a_removed_folder_is_noticed_at_once_and_the_next_bag_begins(tmp_path):
     assert len(load(tmp_path / 'bag').topics['/robot/episode'].messages) == 1
 
 
-def test_a_folder_moved_away_keeps_what_it_has_and_the_next_bag_begins(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_a_folder_moved_away_keeps_what_it_has_and_the_next_bag_begins(tmp_path, recorder):
     send(recorder, range(50))
     (tmp_path / 'bag').rename(tmp_path / 'away')
     send(recorder, range(50, 90))
@@ -192,11 +188,28 @@ class Graph:
     """A recorder and its robots; the graph knows those that are not killed or ended."""
 
     def __init__(self, folder: Path) -> None:
-        self.recorder, self.known, self.now = Recorder(folder), set(), 1000.0
+        self.folder, self.recorder = folder, Recorder(folder / 'bag')
+        self.known, self.now = set(), 1000.0
         self.recorder.publishers = lambda _: self.known
 
     def robot(self, q: float, start: int = 10**10) -> 'Speaker':
         return Speaker(self, q, start)
+
+    def heard(self, topic: str = '/joint_states') -> list[tuple[int, int]]:
+        """How many states of the robots at 1 rad and at 2 rad are in each bag, in order."""
+        self.recorder.close()
+        found = []
+        for bag in sorted(self.folder.iterdir(), key=lambda path: int(path.name[4:] or 0)):
+            log = load(bag).topics.get(topic)
+            said = [decode(m.data, STATES.type) for m in log.messages] if log else []
+            q = [float(np.append(m.position, m.effort)[0]) for m in said]
+            found.append((q.count(1.0), q.count(2.0)))
+        return found
+
+
+@pytest.fixture
+def graph(tmp_path: Path) -> 'Graph':
+    return Graph(tmp_path)
 
 
 class Speaker:
@@ -218,17 +231,6 @@ class Speaker:
         self.graph.known.remove(self.gid)
 
 
-def heard(tmp_path: Path, topic: str = '/joint_states') -> list[tuple[int, int]]:
-    """How many states of the robots at 1 rad and at 2 rad are in each bag, in order."""
-    found = []
-    for bag in sorted(tmp_path.iterdir(), key=lambda path: int(path.name[4:] or 0)):
-        log = load(bag).topics.get(topic)
-        said = [decode(m.data, STATES.type) for m in log.messages] if log else []
-        q = [float(np.append(m.position, m.effort)[0]) for m in said]
-        found.append((q.count(1.0), q.count(2.0)))
-    return found
-
-
 def run(graph: Graph, seconds: float, *robots: Speaker) -> None:
     """Have robots speak at 100 Hz, each time in this order."""
     for _ in range(round(100 * seconds)):
@@ -239,9 +241,8 @@ def run(graph: Graph, seconds: float, *robots: Speaker) -> None:
 
 @pytest.mark.parametrize('start', [0, 10**10, 3_600 * 10**9])
 @pytest.mark.parametrize('order', [1, -1])
-def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, order, tmp_path, clock):
+def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, order, graph, clock):
     """Their stamps may be equal, as those of two simulations started at once."""
-    graph = Graph(tmp_path / 'bag')
     first, second = graph.robot(1.0), graph.robot(2.0, start)
     run(graph, 1.0, first)
     assert graph.recorder.troubles == []
@@ -250,15 +251,14 @@ def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, order, tmp
     clock[0] += 10.0
     run(graph, 1.0, first)
     assert graph.recorder.troubles == [] and graph.recorder.strangers == 1
-    graph.recorder.close()
     for topic in (STATES.name, VOLTS.name):
-        assert heard(tmp_path, topic) == [(first.sent, 0)]
+        assert graph.heard(topic) == [(first.sent, 0)]
 
 
 @pytest.mark.parametrize('one_publisher', [True, False])
-def test_forged_states_cut_no_bag_and_cost_no_state(one_publisher, tmp_path, clock):
+def test_forged_states_cut_no_bag_and_cost_no_state(one_publisher, graph, clock):
     """One every six seconds, each with a stamp of another time."""
-    graph, dice = Graph(tmp_path / 'bag'), np.random.default_rng(0)
+    dice = np.random.default_rng(0)
     robot, forger = graph.robot(1.0), graph.robot(2.0)
     for _ in range(10):
         run(graph, 0.1, robot)
@@ -267,50 +267,41 @@ def test_forged_states_cut_no_bag_and_cost_no_state(one_publisher, tmp_path, clo
         forger.speak()
         clock[0] += 6.0
     run(graph, 0.1, robot)
-    graph.recorder.close()
-    assert heard(tmp_path) == heard(tmp_path, VOLTS.name) == [(robot.sent, 0)]
+    assert graph.heard() == graph.heard(VOLTS.name) == [(robot.sent, 0)]
     assert graph.recorder.strangers == (1 if one_publisher else 10)
 
 
-def test_one_that_spoke_beside_a_robot_is_refused_while_that_waits_for_a_command(tmp_path):
-    graph = Graph(tmp_path / 'bag')
+def test_one_that_spoke_beside_a_robot_is_refused_while_that_waits_for_a_command(graph):
     robot, forger = graph.robot(1.0), graph.robot(2.0, 0)
     run(graph, 0.1, robot, forger)
     run(graph, 5.0, forger)
     run(graph, 0.1, robot)
-    graph.recorder.close()
-    assert heard(tmp_path) == [(20, 0)]
+    assert graph.heard() == [(20, 0)]
 
 
-def test_a_silent_robot_that_goes_on_beside_a_newcomer_is_recorded_again(tmp_path):
-    graph = Graph(tmp_path / 'bag')
+def test_a_silent_robot_that_goes_on_beside_a_newcomer_is_recorded_again(graph):
     robot, newcomer = graph.robot(1.0), graph.robot(2.0, 0)
     run(graph, 0.1, robot)
     graph.now += 2.0
     run(graph, 0.1, newcomer)
     run(graph, 0.1, robot, newcomer)
-    graph.recorder.close()
-    assert heard(tmp_path) == [(10, 0), (0, 10), (10, 0)]
+    assert graph.heard() == [(10, 0), (0, 10), (10, 0)]
 
 
-def test_a_stranger_with_other_joints_cuts_no_bag(tmp_path):
-    graph = Graph(tmp_path / 'bag')
+def test_a_stranger_with_other_joints_cuts_no_bag(graph):
     robot = graph.robot(1.0)
     for k in range(10):
         run(graph, 0.1, robot)
-        graph.recorder.record(
-            STATES, state((10 - k) * 10**9, joint='x'), 0, round(graph.now * 1e9), k, b'stranger'
-        )
-    graph.recorder.close()
-    assert heard(tmp_path, VOLTS.name) == [(100, 0)]
+        other = state((10 - k) * 10**9, joint='x')
+        graph.recorder.record(STATES, other, 0, round(graph.now * 1e9), k, b'stranger')
+    assert graph.heard(VOLTS.name) == [(100, 0)]
 
 
 @pytest.mark.parametrize(
     'order',
     [(1, 2, 4, 5, 3, 6, 7), (1, 3, 2, 4, 5, 7, 6, 8), (1, 2, 6, 4, 5, 3, 7, 8), (1, 2, 5, 6, 7)],
 )
-def test_states_that_arrive_in_another_order_are_all_recorded(order, tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_states_that_arrive_in_another_order_are_all_recorded(order, tmp_path, recorder):
     for k in order:
         recorder.record(STATES, state(10**10 + k * PERIOD, 0.1 * k), number=k, publisher=b'robot')
     recorder.close()
@@ -318,8 +309,7 @@ def test_states_that_arrive_in_another_order_are_all_recorded(order, tmp_path):
     assert sorted(stamps(tmp_path / 'bag')) == [1000 + k for k in sorted(order)]
 
 
-def test_a_state_that_is_repeated_is_no_second_robot(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_a_state_that_is_repeated_is_no_second_robot(tmp_path, recorder):
     for k in range(100):
         recorder.record(STATES, state(k // 10 * PERIOD, 0.1 * (k // 10)))
     recorder.close()
@@ -327,36 +317,31 @@ def test_a_state_that_is_repeated_is_no_second_robot(tmp_path):
 
 
 @pytest.mark.parametrize('has_left', [True, False])
-def test_after_the_first_of_two_robots_has_ended_the_other_is_recorded(has_left, tmp_path):
+def test_after_the_first_of_two_robots_has_ended_the_other_is_recorded(has_left, graph):
     """At once where the graph says so, else when it would have forgotten a killed one."""
-    graph = Graph(tmp_path / 'bag')
     first, second = graph.robot(1.0), graph.robot(2.0, 0)
     run(graph, 1.0, first, second)
     if has_left:
         first.end()
     run(graph, 22.0, second)
-    graph.recorder.close()
-    kept = sum(two for _, two in heard(tmp_path))
+    kept = sum(two for _, two in graph.heard())
     assert 2090 <= kept <= 2110 if has_left else 190 <= kept <= 210
 
 
 @pytest.mark.parametrize(('pause', 'is_killed'), [(0.0, False), (0.3, False), (1.3, True)])
-def test_a_robot_started_again_is_one_robot(pause, is_killed, tmp_path):
+def test_a_robot_started_again_is_one_robot(pause, is_killed, graph):
     """One that was killed stays in the graph for a while; it takes a second to start another."""
-    graph = Graph(tmp_path / 'bag')
     for _ in range(5):
         robot = graph.robot(1.0, 0)
         run(graph, 1.0, robot)
         graph.now += pause
         if not is_killed:
             robot.end()
-    graph.recorder.close()
+    assert graph.heard() == [(100, 0)] * 5
     assert graph.recorder.troubles == [] and graph.recorder.foreign == 0
-    assert heard(tmp_path) == [(100, 0)] * 5
 
 
-def test_two_nodes_that_publish_other_joints_are_both_recorded(tmp_path):
-    recorder = Recorder(tmp_path / 'bag')
+def test_two_nodes_that_publish_other_joints_are_both_recorded(tmp_path, recorder):
     for k in range(100):
         recorder.record(STATES, state(k * PERIOD, joint='pivot'), publisher=b'arm')
         recorder.record(STATES, state(k * PERIOD, joint='gripper'), publisher=b'gripper')
@@ -365,11 +350,10 @@ def test_two_nodes_that_publish_other_joints_are_both_recorded(tmp_path):
 
 
 @pytest.mark.parametrize('jump', [-3_600 * 10**9, 3_600 * 10**9])
-def test_a_clock_that_is_set_reorders_nothing(jump, tmp_path):
+def test_a_clock_that_is_set_reorders_nothing(jump, tmp_path, recorder):
     """Takes every 20 ms of states every 2 ms; the wall clock jumps in the middle of one."""
     now = {'steady': 5 * 10**9, 'wall': 1_800_000_000 * 10**9}
     times = ArrivalTimes(lambda: now['wall'], lambda: now['steady'])
-    recorder = Recorder(tmp_path / 'bag')
     recorder.record(EPISODE, uint32(1), now['wall'], times.logged(now['wall']))
     for take in range(50):
         received = []

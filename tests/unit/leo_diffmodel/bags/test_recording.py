@@ -36,6 +36,8 @@ KINDS = {
 }
 VOLTS = '/robot/applied_voltage'
 NAN = float('nan')
+CHATTER = [('/chatter', 0, message('std_msgs/msg/String', 'x'))]
+ELBOW = [('/joint_states', 0, joint_state(0, ['elbow'], [0.0]))]
 
 
 def swing(count: int = 400, period: float = 0.01) -> Run:
@@ -120,14 +122,11 @@ def test_bags_of_before_2026_12_read_as_they_did(name):
 
 def test_applied_voltages_and_dynamic_joint_states_read_alike(tmp_path):
     free = [(1.0, 1.0), (0.0, 0.0), (2.0, 1.0), (0.0, 0.0)]
-    new = [
-        (VOLTS, k * PERIOD, applied(k * PERIOD, v if on else NAN))
-        for k, (v, on) in enumerate(free)
-    ]
+    volts = [v if on else NAN for v, on in free]
+    new = [(VOLTS, k * PERIOD, applied(k * PERIOD, v)) for k, v in enumerate(volts)]
+    topic = '/dynamic_joint_states'
     said = [{'pivot': {'voltage': v, 'enabled': on}} for v, on in free]
-    old = [
-        ('/dynamic_joint_states', k * PERIOD, dynamic(k * PERIOD, s)) for k, s in enumerate(said)
-    ]
+    old = [(topic, k * PERIOD, dynamic(k * PERIOD, s)) for k, s in enumerate(said)]
     for name, log in (('new', new), ('old', old), ('both', new + old[:1])):
         recording = read_bag(write_messages(tmp_path / name, still(4) + log), PENDULUM)
         (episode,) = recording.episodes
@@ -212,10 +211,8 @@ def test_hold_previous_puts_an_input_before_its_stamp(tmp_path):
 
 def test_commands_come_from_log_time_mapped_by_the_median_delay(tmp_path):
     epoch, delay = 1_700_000_000_000_000_000, 3_000_000
-    log = [
-        ('/joint_states', epoch + delay + k * PERIOD + (k % 3) * 1000, state(k * PERIOD, 0.1))
-        for k in range(30)
-    ]
+    logged_at = [epoch + delay + k * PERIOD + (k % 3) * 1000 for k in range(30)]
+    log = [('/joint_states', at, state(k * PERIOD, 0.1)) for k, at in enumerate(logged_at)]
     volts = np.arange(6.0)
     for k, value in enumerate(volts):
         at = epoch + delay + 1000 + 5 * k * PERIOD
@@ -352,14 +349,8 @@ def test_uneven_rates_and_states_before_the_first_input(tmp_path):
 @pytest.mark.parametrize(
     ('log', 'message'),
     [
-        (
-            [('/chatter', 0, message('std_msgs/msg/String', 'x'))],
-            'no topic /joint_states; it has /',
-        ),
-        (
-            [('/joint_states', 0, joint_state(0, ['elbow'], [0.0]))],
-            'pivot are not on .* are elbow',
-        ),
+        (CHATTER, 'no topic /joint_states; it has /'),
+        (ELBOW, 'pivot are not on .* are elbow'),
         ([('/joint_states', 0, state(0, NAN))], 'every sample.* NaN'),
         (still(1), 'record longer'),
         ([], 'is empty: nothing was recorded'),

@@ -224,14 +224,9 @@ def test_a_lerobot_data_set_has_them_all(tmp_path):
     degrees = [np.degrees(np.repeat(x, 2, axis=1)) for x in (log.q, log.inputs)]
     data = write_lerobot(tmp_path / 'data', [tuple(degrees)])
     names = 'observation.state.shoulder_pan.pos', 'action.shoulder_pan.pos'
-    mapping = ColumnMap.model_validate(
-        {
-            'time': 'timestamp',
-            'joints': {'pivot': {'position': {'column': names[0], 'unit': 'deg'}}},
-            'inputs': {'pivot': {'position': {'column': names[1], 'unit': 'deg'}}},
-        }
-    )
-    bag = import_logs([data], mapping, tmp_path / 'bag')
+    joints, inputs = ({'pivot': {'position': {'column': n, 'unit': 'deg'}}} for n in names)
+    columns = {'time': 'timestamp', 'joints': joints, 'inputs': inputs}
+    bag = import_logs([data], ColumnMap.model_validate(columns), tmp_path / 'bag')
     recording = read_bag(bag, PENDULUM, TopicMap(input='none'))
     found = {f.code for f in traps(recording, LIMITED)}
     assert found == {'even_stamps', 'slow', 'positions_only', 'asked'}

@@ -79,9 +79,8 @@ def test_state_vector_of_the_pendulum_and_of_legs():
     leo = Layout((False,) * 9, planar=True, actuators=6)
     assert leo.states == 18
     near, far = np.arange(9.0), np.arange(9.0) + np.eye(9)[0] * 100
-    assert np.array_equal(
-        leo.network_input(near, near, np.zeros(6)), leo.network_input(far, near, np.zeros(6))
-    )
+    seen = [leo.network_input(q, near, np.zeros(6)) for q in (near, far)]
+    assert np.array_equal(*seen)
 
 
 def test_moving_by_the_difference_hits_the_state_and_keeps_turns():

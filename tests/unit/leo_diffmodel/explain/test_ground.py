@@ -212,10 +212,8 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
 def test_a_cable_that_is_slack_most_of_the_time_is_no_known_effect(seed):
     law = get_effect(str(Path(kinds.__file__).with_name('cable.py')))
     cable = place(LEO, law, 'left_knee', k=1.2, slack=-0.3, side=-1.0)
-    bags = [
-        recorded(cable, start=start, seconds=seconds, seed=seed)
-        for start, seconds in (('hanging', 4.0), ('standing', 2.5))
-    ]
+    starts = {'hanging': 4.0, 'standing': 2.5}
+    bags = [recorded(cable, start=s, seconds=t, seed=seed) for s, t in starts.items()]
     found = explain(bags, Model(LEO, engine='rigid'))
     assert (found.verdict, found.effects) == ('unknown', [])
     told = found.unknown.to_json()
@@ -291,10 +289,8 @@ def test_straight_effects_are_those_in_proportion_to_their_size(model):
 def test_what_moves_the_ground_takes_part_whatever_its_scan_promises(model, monkeypatch):
     labels = ('viscous_friction:left_knee', 'ground_slope:ground', 'encoder_offset:base_z')
     labels += ('link_mass:torso', 'encoder_offset:left_knee')
-    scans = [
-        SimpleNamespace(candidate=candidate(model, label), gain=gain)
-        for label, gain in zip(labels, (50.0, -9.0, -9.0, 1.0, 1.0), strict=True)
-    ]
+    promised = zip(labels, (50.0, -9.0, -9.0, 1.0, 1.0), strict=True)
+    scans = [SimpleNamespace(candidate=candidate(model, c), gain=gain) for c, gain in promised]
     late, played = iter([False, True]), []
     problem = SimpleNamespace(
         base=model,
@@ -329,11 +325,8 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
             residual=windows,
             start=np.zeros((12, 18)),
         )
-        posed = SimpleNamespace(
-            problem=SimpleNamespace(
-                train=np.ones(12, dtype=bool), gates=ON_GROUND.gates, numerics=ON_GROUND.numerics
-            )
-        )
+        settings = {'gates': ON_GROUND.gates, 'numerics': ON_GROUND.numerics}
+        posed = SimpleNamespace(problem=SimpleNamespace(train=np.ones(12, dtype=bool), **settings))
         return Iterate(posed, fitted, step)
 
     def advanced(at):

@@ -42,12 +42,8 @@ from leo_sim.model.model_file import load_model, save_model
 BOB, ARM = 'links.bob.mass', load_robot('double_pendulum')
 MASSES = {'run_1': 0.676, 'run_2': 1.3}
 FRICTION = 0.05
-FILE = {
-    'robot': 'torque_pendulum',
-    'constants': {
-        BOB: {'value': 0.676, 'unit': 'kg', 'uncertain': [0.1, 3.0], 'per_recording': True}
-    },
-}
+ENTRY = {'value': 0.676, 'unit': 'kg', 'uncertain': [0.1, 3.0], 'per_recording': True}
+FILE = {'robot': 'torque_pendulum', 'constants': {BOB: ENTRY}}
 
 
 def swung(mass: float, seed: int, seconds: float = 8.0, friction: float = FRICTION) -> Recording:
@@ -82,23 +78,18 @@ def arm_run(name: str, seed: int) -> Recording:
     return Recording(Path(name), name, joints, joints, 'torque', DT, (episode,), {})
 
 
+PATHS = BOB, 'actuators.pivot.rotor_inertia', 'joints.pivot.damping', 'gravity'
 CASES = [
-    (TORQUE, BOB, lambda: runs(seconds=3.0)),
-    (TORQUE, 'actuators.pivot.rotor_inertia', lambda: runs(seconds=3.0)),
-    (TORQUE, 'joints.pivot.damping', lambda: runs(seconds=3.0)),
-    (TORQUE, 'gravity', lambda: runs(seconds=3.0)),
+    *((TORQUE, path, lambda: runs(seconds=3.0)) for path in PATHS),
     (ARM, f'links.{ARM.joints[-1].child}.mass', lambda: [arm_run(name, 1) for name in MASSES]),
 ]
+IDS = [f'{robot.name}-{path}' for robot, path, _ in CASES]
 
 
-@pytest.mark.parametrize(
-    ('robot', 'path', 'recorded'), CASES, ids=[f'{r.name}-{p}' for r, p, _ in CASES]
-)
+@pytest.mark.parametrize(('robot', 'path', 'recorded'), CASES, ids=IDS)
 def test_every_subset_of_windows_has_its_own_recordings_constants(robot, path, recorded):
-    values = {
-        'run_1': 0.01 + 0.8 * robot.constants[path].value,
-        'run_2': 0.02 + 1.4 * robot.constants[path].value,
-    }
+    usual = robot.constants[path].value
+    values = {'run_1': 0.01 + 0.8 * usual, 'run_2': 0.02 + 1.4 * usual}
     model, recordings = Model(robot, by_recording={path: values}), recorded()
     windows = cut(recordings, 0.1, history=0.05)
     some = windows.take(np.random.default_rng(0).permutation(windows.count)[:9])
@@ -108,9 +99,8 @@ def test_every_subset_of_windows_has_its_own_recordings_constants(robot, path, r
     for name, value in values.items():
         mine = some.of(name)
         alone = Model(robot, constants={path: value})
-        assert found[:, mine] == pytest.approx(
-            predict(alone, some.take(mine), start[:, mine]), abs=1e-12
-        )
+        expected = predict(alone, some.take(mine), start[:, mine])
+        assert found[:, mine] == pytest.approx(expected, abs=1e-12)
         assert carried(some, model)[mine] == pytest.approx(carried(some.take(mine), alone))
     for recording, short in zip(recordings, short_windows(recordings), strict=True):
         alone = Model(robot, constants={path: values[recording.name]})
@@ -240,12 +230,10 @@ def test_what_was_found_goes_into_a_model_file_and_back(explained, tmp_path):
 def test_a_report_lists_the_constants_of_each_recording(explained):
     from leo_diffmodel.report.sections.hypotheses import section
 
-    values = section(
-        explained.effects, explained.hypotheses, explained.constants, 1.0, '', SETTINGS.gates
-    ).values
-    assert [line.split(' = ')[0] for line in values['constants']] == [
-        f'{BOB} of {name}' for name in ('run_1', 'run_2', 'run_3')
-    ]
+    told = explained.effects, explained.hypotheses, explained.constants
+    rows = section(*told, 1.0, '', SETTINGS.gates).values['constants']
+    names = [f'{BOB} of {name}' for name in ('run_1', 'run_2', 'run_3')]
+    assert [row.split(' = ')[0] for row in rows] == names
 
 
 # Known of a recording
@@ -316,9 +304,8 @@ def test_on_a_ground_bags_that_know_the_same_are_one_value():
 def test_a_report_says_what_a_bag_knew():
     from leo_diffmodel.report.sections.origin import _bag
 
-    assert _bag(knowing(runs(seconds=3.0)[0], links__bob__mass=1.3), '')['constants'] == [
-        f'{BOB} = 1.30'
-    ]
+    told = _bag(knowing(runs(seconds=3.0)[0], links__bob__mass=1.3), '')
+    assert told['constants'] == [f'{BOB} = 1.30']
 
 
 def test_recordings_are_told_apart_by_name():

@@ -23,9 +23,8 @@ def findings(*joints, bags=('a',)):
 def test_one_recording_is_said_to_be_one():
     where = 'pivot at -1.2 to 2 rad, -6 to 5.5 rad/s and 0 to 0.31 N m'
     assert shown(findings(PIVOT)) == f'Shown in one recording, with {where}.'
-    assert shown(findings(PIVOT, bags=('a', 'b'))).startswith(
-        'Shown in 2 recordings, with pivot at'
-    )
+    told = shown(findings(PIVOT, bags=('a', 'b')))
+    assert told.startswith('Shown in 2 recordings, with pivot at')
 
 
 def test_of_many_joints_the_first_are_said_and_all_listed():
@@ -60,7 +59,6 @@ def test_what_no_effect_explains_may_be_the_noise_of_a_torque():
         search, base = SimpleNamespace(complete=True), SimpleNamespace(robot=robot)
         asked.append(next_run('unknown', SimpleNamespace(search=search, base=base, unknown=None)))
     first, *others = asked
-    assert (
-        others == ['repeat the run, then vary one thing at a time: speed, load, angle, supply'] * 2
-    )
+    told = 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
+    assert others == [told] * 2
     assert first.startswith(others[0]) and 'input_noise in robot.yaml' in first

@@ -33,10 +33,8 @@ def test_what_fits_is_one_line():
 
 def test_notes_have_lines_of_their_own_where_they_do_not_fit():
     said = Told('Missing', masses('a'), 'held-out error less', 3 * NOTES)
-    assert said.lines(SPACE) == [
-        str(Told('Missing', masses('a'), 'held-out error less')),
-        *said.notes,
-    ]
+    head = str(Told('Missing', masses('a'), 'held-out error less'))
+    assert said.lines(SPACE) == [head, *said.notes]
 
 
 def test_what_does_not_fit_is_a_headline_and_lines():
@@ -65,8 +63,6 @@ def test_a_headline_that_is_too_long_names_the_effects_and_gives_each_a_line():
 
 
 def test_what_has_no_words_is_said_once():
-    faults = tuple(
-        Thing(f'the speed of joint_{n} has another sign than the angle') for n in range(6)
-    )
-    said = Told('The log is wrong', faults)
+    faults = [Thing(f'the speed of joint_{n} has another sign than the angle') for n in range(6)]
+    said = Told('The log is wrong', tuple(faults))
     assert said.lines(SPACE) == [str(said)]

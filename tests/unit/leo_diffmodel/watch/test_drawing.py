@@ -62,9 +62,8 @@ def test_a_picture_says_what_is_switched_on_and_draws_what_the_page_shows(state)
     assert f'coulomb_friction at pivot: c = {value:.4g} N m' in words
     assert any(f'→ {state.sizes[1]:.2f} noise floors' in w for w in words)
     robot, horizon, time = drawn.figure.axes
-    np.testing.assert_array_equal(
-        horizon.lines[-1].get_ydata(), [r['rmse'][0] for r in state.now.rows]
-    )
+    errors = [r['rmse'][0] for r in state.now.rows]
+    np.testing.assert_array_equal(horizon.lines[-1].get_ydata(), errors)
     assert horizon.lines[-1].get_color() == palette.AFTER
     marks = next(line for line in time.lines if line.get_marker() == 'v')
     assert max(marks.get_ydata()) == state.film.error(state.film.repaired, 0).max()

@@ -78,9 +78,8 @@ def test_json_records_with_missing_values(tmp_path):
     rows = [{'s': k / 100, 'angle': k, 'note': 'x'} for k in range(4)]
     rows[1]['angle'] = None
     log = write(tmp_path, 'log.json', json.dumps({'run': {'rows': rows}}))
-    column_map = write(
-        tmp_path, 'map.yaml', 'records: run.rows\ntime: s\njoints: {pivot: {position: angle}}\n'
-    )
+    text = 'records: run.rows\ntime: s\njoints: {pivot: {position: angle}}\n'
+    column_map = write(tmp_path, 'map.yaml', text)
     recording = read_bag(import_logs([log], column_map, tmp_path / 'bag'), PENDULUM)
     assert recording.episodes[0].q[:, 0].tolist() == [0.0, 2.0, 3.0]
     assert recording.input == 'none' and '1 samples with NaN' in ' '.join(recording.warnings)

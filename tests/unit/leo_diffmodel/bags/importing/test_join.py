@@ -87,9 +87,8 @@ def test_whole_logs_stay_episodes_whatever_their_names(tmp_path):
 def test_other_names_are_joined_when_that_is_said(tmp_path):
     write(tmp_path / 'left.csv', 't,q', T, Q)
     write(tmp_path / 'right.csv', 't,dq', T, DQ)
-    (tmp_path / 'map.yaml').write_text(
-        'time: t\njoints: {pivot: {position: left.q, velocity: right.dq}}\n'
-    )
+    text = 'time: t\njoints: {pivot: {position: left.q, velocity: right.dq}}\n'
+    (tmp_path / 'map.yaml').write_text(text)
     logs = [tmp_path / 'left.csv', tmp_path / 'right.csv']
     bag = import_logs(logs, tmp_path / 'map.yaml', tmp_path / 'bag', join=True)
     np.testing.assert_allclose(read_bag(bag, load_robot('pendulum')).episodes[0].dq[:, 0], DQ)

@@ -64,9 +64,8 @@ def test_episodes_of_several_files_become_a_bag_with_goals(data, tmp_path):
 
 def test_a_free_motor_has_no_goal(data, tmp_path):
     free = {'position': GOAL, 'enabled': {'expression': 'frame_index >= 3'}}
-    mapping = ColumnMap.model_validate(
-        {'time': 'timestamp', 'inputs': {'pivot': free}, 'joints': {'pivot': {'position': ANGLE}}}
-    )
+    said = {'time': 'timestamp', 'joints': {'pivot': {'position': ANGLE}}}
+    mapping = ColumnMap.model_validate(said | {'inputs': {'pivot': free}})
     topic = load(import_logs([data], mapping, tmp_path / 'bag')).topics['/robot/applied_position']
     goals = np.array([m.position[0] for _, m in deserialize(topic, topic.type)])
     assert np.flatnonzero(np.isnan(goals)).tolist() == [0, 1, 2, 40, 41, 42, 70, 71, 72]
@@ -232,9 +231,8 @@ def test_names_nested_in_lists_and_features_called_actions_and_state(data, names
     for file in sorted((data / 'data/chunk-000').iterdir()):
         table = pq.read_table(file)
         pq.write_table(table.rename_columns(['actions', 'state', *table.column_names[2:]]), file)
-    assert {'actions.a', 'actions.b', 'state.a', 'state.b'} <= set(
-        read_lerobot(data, LogFormat())[0]
-    )
+    columns = read_lerobot(data, LogFormat())[0]
+    assert {'actions.a', 'actions.b', 'state.a', 'state.b'} <= set(columns)
     said = yaml.safe_load(guess_map(data, data / 'map.yaml').read_text())
     assert said['joints']['a']['position']['column'] == 'state.a'
     assert said['inputs']['b']['position']['column'] == 'actions.b'

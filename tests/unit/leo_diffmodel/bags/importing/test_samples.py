@@ -56,9 +56,8 @@ def test_a_line_for_each_log_says_which_rows_are_left_out(tmp_path, capsys):
 
 def test_an_infinite_number_is_none_and_a_motor_that_is_off_needs_no_input(tmp_path):
     (log,) = written(tmp_path, off=WHOLE)
-    recording = read_bag(
-        import_logs([log], tmp_path / 'map.yaml', tmp_path / 'bag'), load_robot('pendulum')
-    )
+    bag = import_logs([log], tmp_path / 'map.yaml', tmp_path / 'bag')
+    recording = read_bag(bag, load_robot('pendulum'))
     assert recording.episodes[0].q[:, 0].tolist() == [0.0, 1.0, 2.0]
     assert not recording.episodes[0].enabled.any()
     assert not np.isinf(recording.episodes[0].q).any()
@@ -67,9 +66,8 @@ def test_an_infinite_number_is_none_and_a_motor_that_is_off_needs_no_input(tmp_p
 def test_a_column_of_the_motor_that_drives_nothing_may_hold_no_number(tmp_path):
     (log,) = written(tmp_path, driven=HEAD + '0,0,,1,1\n1,1,,1,1\n2,2,,1,1\n')
     (tmp_path / 'map.yaml').write_text(MAP.replace('supply_voltage: half', 'supply_voltage: dq'))
-    recording = read_bag(
-        import_logs([log], tmp_path / 'map.yaml', tmp_path / 'bag'), load_robot('pendulum')
-    )
+    bag = import_logs([log], tmp_path / 'map.yaml', tmp_path / 'bag')
+    recording = read_bag(bag, load_robot('pendulum'))
     assert recording.input == 'voltage'
 
 

@@ -72,9 +72,8 @@ def test_a_column_that_a_matrix_has_not(tmp_path):
 )
 def test_json_rows_that_are_lists_of_several_runs(tmp_path, names):
     (tmp_path / 'frc.json').write_text(json.dumps(FRC))
-    first, second = imported(
-        tmp_path, tmp_path / 'frc.json', names | {'records': ['slow-forward', 'slow-backward']}
-    )
+    names |= {'records': ['slow-forward', 'slow-backward']}
+    first, second = imported(tmp_path, tmp_path / 'frc.json', names)
     np.testing.assert_allclose(first.q[:, 0], ROWS[:, 2])
     np.testing.assert_allclose(second.q[:, 0], -ROWS[:4, 2])
 
@@ -138,9 +137,8 @@ def test_an_unknown_format_names_those_that_are_known(tmp_path):
     for said in ('xls', 'lerobot'):
         with pytest.raises(UserError) as refusal:
             read_tables(tmp_path / 'a.csv', LogFormat(format=said))
-        assert str(refusal.value) == (
-            f"{tmp_path}/a.csv: unknown format '{said}'; name one (format: csv, json or mat)"
-        )
+        told = f"unknown format '{said}'; name one (format: csv, json or mat)"
+        assert str(refusal.value) == f'{tmp_path}/a.csv: {told}'
 
 
 @pytest.mark.parametrize(

@@ -73,9 +73,8 @@ def test_findings_stay_as_they_are(findings):
     with pytest.raises(FrozenInstanceError):
         findings.rest = None
     assert decision(findings).verdict == 'named'
-    assert (
-        decision(replace(findings, other=Contender('armature:pivot', 9.0))).verdict == 'ambiguous'
-    )
+    rivalled = replace(findings, other=Contender('armature:pivot', 9.0))
+    assert decision(rivalled).verdict == 'ambiguous'
 
 
 def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monkeypatch):

@@ -115,9 +115,8 @@ def test_rates_that_nobody_measured_say_nothing():
     slow = replace(whole, **parts)
     made = replace(slow, dq=np.gradient(slow.q, slow.t, axis=0))
     model, bag = Model(TORQUE, (friction,)), replace(fast, episodes=(made,))
-    measured, absent = (
-        pose([replace(bag, rates=rates)], (), model).problem for rates in ('measured', 'absent')
-    )
+    bags = [replace(bag, rates=rates) for rates in ('measured', 'absent')]
+    measured, absent = (pose([each], (), model).problem for each in bags)
     first, second = (fit(p, Hypothesis()) for p in (measured, absent))
     rows = second.residual.reshape(len(second.residual), -1, 2)
     assert (rows[..., 1] == 0).all() and (rows[..., 0] != 0).all()
