@@ -51,10 +51,8 @@ class Shown:
         self._ideal = self._run(())
 
     def size(self, placed: Placed) -> np.ndarray:
-        changes = [
-            (new - old) / sigma
-            for new, old, sigma in zip(self._run((placed,)), self._ideal, NOISE, strict=True)
-        ]
+        both = zip(self._run((placed,)), self._ideal, NOISE, strict=True)
+        changes = [(new - old) / sigma for new, old, sigma in both]
         with np.errstate(over='ignore'):
             return np.sqrt((np.concatenate(changes, axis=-1) ** 2).mean(axis=(-3, -2, -1)))
 

@@ -89,12 +89,9 @@ def test_matlab_cells_are_episodes(tmp_path):
     cells = np.empty((2, 1), dtype=object)
     cells[0, 0], cells[1, 0] = np.array([[1.0, 2, 3], [4, 5, 6]]), np.array([[7.0, 8], [9, 10]])
     scipy.io.savemat(tmp_path / 'log.mat', {'Y': cells})
-    column_map = write(
-        tmp_path,
-        'map.yaml',
-        "fields: {a: 'Y[*][0]', r: 'Y[*][1]'}\ntime: {period: 0.5}\n"
-        'joints: {pivot: {position: a, velocity: r}}\n',
-    )
+    text = "fields: {a: 'Y[*][0]', r: 'Y[*][1]'}\ntime: {period: 0.5}\n"
+    text += 'joints: {pivot: {position: a, velocity: r}}\n'
+    column_map = write(tmp_path, 'map.yaml', text)
     bag = import_logs([tmp_path / 'log.mat'], column_map, tmp_path / 'bag')
     first, second = read_bag(bag, PENDULUM).episodes
     assert first.q[:, 0].tolist() == [1.0, 2.0, 3.0] and first.dq[:, 0].tolist() == [4.0, 5.0, 6.0]

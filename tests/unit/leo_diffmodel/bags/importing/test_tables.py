@@ -72,8 +72,8 @@ def test_a_column_that_a_matrix_has_not(tmp_path):
 )
 def test_json_rows_that_are_lists_of_several_runs(tmp_path, names):
     (tmp_path / 'frc.json').write_text(json.dumps(FRC))
-    names |= {'records': ['slow-forward', 'slow-backward']}
-    first, second = imported(tmp_path, tmp_path / 'frc.json', names)
+    runs = names | {'records': ['slow-forward', 'slow-backward']}
+    first, second = imported(tmp_path, tmp_path / 'frc.json', runs)
     np.testing.assert_allclose(first.q[:, 0], ROWS[:, 2])
     np.testing.assert_allclose(second.q[:, 0], -ROWS[:4, 2])
 

@@ -73,10 +73,8 @@ def test_few_blocks_make_wider_intervals():
     rng = np.random.default_rng(0)
     columns, residual = rng.standard_normal((48, 30, 1)), rng.standard_normal((48, 30))
     draws = [rng.permutation(residual.ravel()).reshape(48, 30) for _ in range(40)]
-    many, few = (
-        np.mean([variance(columns, e, np.arange(48) * blocks // 48, np.zeros(1)) for e in draws])
-        for blocks in (48, 3)
-    )
+    folds = [np.arange(48) * blocks // 48 for blocks in (48, 3)]
+    many, few = (np.mean([variance(columns, e, f, np.zeros(1)) for e in draws]) for f in folds)
     assert np.sqrt(few) > 1.5 * np.sqrt(many)
 
 

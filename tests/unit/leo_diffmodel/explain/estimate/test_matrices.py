@@ -46,10 +46,8 @@ def recorded(*effects, seed=1, seconds=20.0):
     model = Model(ROBOT, effects)
     still = np.zeros((1, 2))
     q, dq = rollout(model, still, still, inputs[None], np.full((1, len(t)), DT))
-    q, dq = (
-        x[0, :-1] + s * rng.standard_normal((len(t), 2))
-        for x, s in zip((q, dq), NOISE, strict=True)
-    )
+    both = zip((q, dq), NOISE, strict=True)
+    q, dq = (x[0, :-1] + s * rng.standard_normal((len(t), 2)) for x, s in both)
     episode = Episode(t, q, dq, inputs, np.ones(inputs.shape, bool))
     joints = tuple(ROBOT.joint_names)
     return Recording(Path(f'run_{seed}'), '0' * 64, joints, joints, 'torque', DT, (episode,), {})

@@ -128,10 +128,8 @@ def test_at_several_joints_effects_save_more_than_a_trifle_and_friction_is_plain
     tried = Rounds(fits, first, POOL, heard())
     linear = matrices(first.problem, first.fit, fits.scales, POOL)
     white = np.random.default_rng(0).standard_normal(first.fit.residual.shape)
-    noise, much = (
-        tried._price(first.problem, replace(first.fit, residual=by * white), linear).effect
-        for by in (1.0, 10.0)
-    )
+    fits = [replace(first.fit, residual=by * white) for by in (1.0, 10.0)]
+    noise, much = (tried._price(first.problem, each, linear).effect for each in fits)
     assert noise < 2 * linear.threshold and (much > 3 * noise) == several
     laws = {c.effect.name for c in tried._plain if c.effect.family == 'friction'}
     assert (laws == {'viscous_friction', 'coulomb_friction'}) == several

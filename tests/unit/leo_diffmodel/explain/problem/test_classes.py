@@ -172,9 +172,8 @@ def test_a_downward_force_is_a_heavier_link_with_less_inertia():
         place(PENDULUM, 'link_inertia', 'bob', I=-mass * arm**2),
     ]
     force = place(PENDULUM, 'external_force', 'bob', z=-9.81 * mass)
-    (one,), (other,) = (
-        record(PENDULUM, *effects, noise=(0.0, 0.0)).episodes for effects in (pair, [force])
-    )
+    bags = [record(PENDULUM, *effects, noise=(0.0, 0.0)) for effects in (pair, [force])]
+    (one,), (other,) = (bag.episodes for bag in bags)
     np.testing.assert_allclose(one.q, other.q, atol=1e-6)
     note = pair_note([candidate(PENDULUM, 'external_force', 'bob')], Facts(PENDULUM, False))
     assert note is not None and 'link_mass with a negative link_inertia' in note
