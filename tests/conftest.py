@@ -21,12 +21,13 @@ Spawn = Callable[..., subprocess.Popen]
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """Let SIGINT interrupt again, which a shell that starts the tests behind it has ignored.
+    """Let signals interrupt again, which a shell that starts the tests behind it has ignored.
 
     One seed of hypothesis for all processes: the same each time where CI decides what lands, drawn
     elsewhere. No example fails for being slow: the machine may be busy.
     """
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.default_int_handler)
     given = getattr(config, 'workerinput', {}).get('seed') or config.option.hypothesis_seed
     drawn = '1' if 'CI' in os.environ else str(secrets.randbits(32))
     config.option.hypothesis_seed = given or drawn

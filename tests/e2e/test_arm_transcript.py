@@ -15,7 +15,7 @@ from tests.places import ROOT
 pytest.importorskip('mujoco')
 WALK = ['check-driver', 'import', 'import', 'explain', 'next', 'play', 'explain', 'export']
 REFUSED = [*WALK[:5], 'export']
-"""Of a log that is wrong, as one of a busy machine may be: `next` says that no run would help."""
+"""Of a log that is wrong, or an answer cut short, as on a busy machine: no run would help."""
 
 
 def test_an_arm_goes_from_the_cable_to_mujoco(tmp_path):
@@ -37,7 +37,7 @@ def test_an_arm_goes_from_the_cable_to_mujoco(tmp_path):
     assert 'Traceback' not in said and 'Warning' not in said, said
     (row,) = map(json.loads, (tmp_path / 'transcript.jsonl').read_text().splitlines())
     last = 'first' if refused else 'both'
-    assert not refused or row['first']['verdict'] == 'unknown', said
+    assert not refused or row['first']['verdict'] in ('unknown', 'ambiguous'), said
     assert row[last]['verdict'] != 'none' and len(row['seconds']) == len(walk)
     assert ('add' in walk) == bool(row[last]['effects'])
     assert {'first', last, 'arm.xml'} <= {p.name for p in (tmp_path / '1').iterdir()}

@@ -6,8 +6,9 @@ from contextlib import suppress
 from functools import partial
 import json
 import multiprocessing
+import os
 from pathlib import Path
-from signal import SIGINT
+from signal import SIGINT, SIGKILL
 import sys
 import time
 
@@ -65,17 +66,16 @@ class Best:
     def left(self, arguments: argparse.Namespace, model: Model, by: KeyboardInterrupt) -> int:
         """Write and print what a command that was ended leaves; its exit status."""
         early = by if isinstance(by, Ended) else Ended(SIGINT)
-        for child in multiprocessing.active_children():
-            child.kill()
+        for pid in filter(None, (child.pid for child in multiprocessing.active_children())):
+            os.kill(pid, SIGKILL)
         if early.in_time and not self.answer:
             self.answer = none_yet(model)
         self.write()
         _say(f'leo: {self._kept(early)}')
         if self.answer and not self._told:
             self.tell(arguments)
-        if early.in_time and self.answer:
-            return 1 if self.answer.verdict in NEGATIVE else 0
-        return early.status
+        negative = bool(self.answer and self.answer.verdict in NEGATIVE)
+        return int(negative) if early.in_time else early.status
 
     def _kept(self, early: Ended) -> str:
         why = 'the time was over' if early.in_time else f'ended by {early.number.name}'

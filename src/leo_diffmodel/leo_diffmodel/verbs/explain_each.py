@@ -92,7 +92,7 @@ class Asked:
                 (inside / 'report.html').unlink(missing_ok=True)
                 write_whole(inside / 'explain.json', json_text(found.to_json()))
         except (OSError, UserError) as error:  # it took long, and is told
-            return replace(answer, error=one_line(error))
+            return replace(answer, error=str(error))
         return answer
 
     def _origin(self, recordings: Sequence[Recording], model: Model) -> dict[str, Any]:
