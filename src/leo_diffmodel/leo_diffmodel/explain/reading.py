@@ -45,7 +45,7 @@ class Asked:
 
     @property
     def silently(self) -> 'Asked':
-        """The same of a search whose sets are not heard."""
+        """What is asked, by a search that tells nobody of better sets on its way."""
         return Asked(self.model, self.settings, self.progress, self.extra, self.as_given)
 
 

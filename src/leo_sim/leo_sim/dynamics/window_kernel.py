@@ -263,7 +263,7 @@ def _loaded(world: World, r: int, room: Room, work: Work) -> Any:
 
 @compiled_in_place
 def _loaded_near(world: World, r: int, room: Room, tangents: Slopes, work: Work) -> Any:
-    """The same of a state near the first one; what has other figures is found by itself."""
+    """Fill the load of a state near the first one; other inertial figures are not near."""
     if world.of[r] != world.of[0]:
         _loaded(world, r, room, work)
         return
