@@ -57,9 +57,10 @@ def fit(
     numerics = problem.numerics
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     start = problem.first if start is None else start
-    begun = settle(problem, hypothesis, theta, problem.begins(start), by_start)
+    quick = problem.roughly(hypothesis, theta, start)
+    begun = settle(quick, hypothesis, theta, problem.begins(start), by_start)
     nearby = None if thorough else begun.by_start
-    at = _Point(problem, hypothesis, theta, begun.start, by_start=nearby)
+    at = _Point(quick, hypothesis, theta, begun.start, by_start=nearby)
     damping, settled, ended = numerics.damping, False, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
@@ -71,14 +72,16 @@ def fit(
             at = there or at
             break
         settled = there is None
-        at = there or at.to(at.theta, at.settled(_enough(numerics, numerics.step_nats, thorough)))
-    return replace((at.to(at.theta, at.start) if at.chord else at).as_fit(), ended=ended)
+        at = there or at.checked(problem, _enough(numerics, numerics.step_nats, thorough))
+    exact = at.problem is problem and not at.chord
+    return replace((at if exact else at.within(problem)).as_fit(), ended=ended)
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
     weighed, hypothesis = replace(problem, typical=fitted.typical), fitted.hypothesis
-    start = settle(weighed, hypothesis, fitted.theta, problem.begins(fitted.start)).start
+    quick = weighed.roughly(*fitted.point)
+    start = settle(quick, hypothesis, fitted.theta, problem.begins(fitted.start)).start
     errors = conditional_errors(fitted.columns[problem.train])
     found = _Point(problem, hypothesis, fitted.theta, start, errors).as_fit()
     names = ('theta', 'covariance', 'beyond', 'certificate')
@@ -121,9 +124,10 @@ def _advanced(at: '_Point', damping: float, thorough: bool) -> 'tuple[_Point | N
     None where no step promises anything. Where a step saves less than half of its promise, the
     start states are settled.
     """
-    problem, numerics = at.problem, at.problem.numerics
-    harder = numerics.harder
-    while (step := at.step(damping)).promised > numerics.step_nats:
+    problem, numerics = at.quick, at.problem.numerics
+    harder, corrected = numerics.harder, problem is not at.problem
+    least = numerics.step_nats * (numerics.inexact if corrected else 1.0)
+    while (step := at.step(damping)).promised > least:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
         nearby = None if thorough else at.linear.by_start
         saved = at.saved(problem.fixed(at.hypothesis, theta).residual(start))
@@ -213,18 +217,43 @@ class _Point:
         return before.lost - self.lost < self.problem.numerics.hopeless * behind
 
     @property
-    def weighed(self) -> Problem:
-        return replace(self.problem, typical=self.typical)
+    def quick(self) -> Problem:
+        """The problem integrated roughly, plus what the fine step adds here."""
+        if self.linear.rough is self.linear.residual:
+            return self.problem
+        added = self.linear.residual - self.linear.rough
+        return replace(self.problem, base=self.problem.rough, rough_step=None, added=added)
 
-    def settled(self, nats: float) -> Array:
-        """The start states that fit best here, which together promise no more, (W, 2J)."""
-        weighed, begins = self.weighed, self.problem.begins(self.start)
-        return settle(weighed, self.hypothesis, self.theta, begins, nats=nats).start
+    @property
+    def weighed(self) -> Problem:
+        return replace(self.quick, typical=self.typical)
+
+    def checked(self, problem: Problem, nats: float) -> '_Point':
+        """As it is, integrated finely, with the start states that fit best there.
+
+        What the fine step adds moves them, and is another where they moved to.
+        """
+        at, begins = self, self.problem.begins(self.start)
+        for _ in range(problem.numerics.rounds):
+            by_start = None if at.chord else at.linear.by_start
+            settled = settle(at.weighed, at.hypothesis, at.theta, begins, by_start, nats)
+            saved = at.saved(settled.residual)
+            if at.problem is problem and saved <= problem.numerics.step_nats:
+                break
+            at = at.within(problem, settled.start)
+            begins = (at.start,)
+        return at
+
+    def within(self, problem: Problem, start: Array | None = None) -> '_Point':
+        """The same values in the problem as it is, integrated finely."""
+        errors = conditional_errors(self.slope[problem.train])
+        start = self.start if start is None else start
+        return _Point(problem, self.hypothesis, self.theta, start, errors)
 
     def to(self, theta: Array, start: Array, by_start: Array | None = None) -> '_Point':
         """The hypothesis at other values, moved by the standard errors here for its columns."""
         errors = conditional_errors(self.slope[self.problem.train])
-        return _Point(self.problem, self.hypothesis, theta, start, errors, by_start)
+        return _Point(self.quick, self.hypothesis, theta, start, errors, by_start)
 
     def saved(self, residual: Array) -> float:
         """What another residual (W, N) saves of that here, no window out of line [nats]."""
