@@ -16,13 +16,14 @@ from typing import Any
 import numba
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, common, Numbers, rows
+from leo_sim.common.broadcasting import Array, common, rows
 from leo_sim.common.compiled import compiled_law
 from leo_sim.common.cores import at_once, parts
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import DRIVE, PROBE, rested
 from leo_sim.dynamics.window_input import (
     asked,
+    begun,
     Bent,
     Driving,
     every_row,
@@ -36,7 +37,7 @@ from leo_sim.dynamics.window_input import (
 )
 from leo_sim.dynamics.window_kernel import KEPT
 from leo_sim.dynamics.window_kernel import run as run_states
-from leo_sim.laws.laws import Laws, Memory
+from leo_sim.laws.laws import Laws, Memory, Torques
 
 MOST_BENT = 4  # laws that are asked in every substep; more are left to `substep.integrate`
 LEAST = 4000  # joints times intervals: less is not worth a thread
@@ -74,14 +75,14 @@ def run(
     may be kept for further ones.
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
-    play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
+    play, axes = _play(laws, q, dq, held), _first(laws, held)
     given = (v for use in laws.bent for v in use.values.values())
     axes += [np.shape(v)[:-1] for v in (*play, *given)]
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
     scanned = (v for v in (cut.inputs, cut.enabled) if v is not None and v.shape[1] > 1)
     axes += [*loop_axes(laws), *(v.shape[1:-1] for v in scanned)]
     lead = common(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
-    driving = _driving(laws, cut, held.memory, level, (lead, size))
+    driving = _driving(laws, cut, held.memory, (lead, size))
     gears = Play(*(rows(v, lead, size) for v in play))
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
@@ -90,8 +91,9 @@ def run(
     windows = math.prod(lead) // (1 + others)
     bodies = tree.tree, *tree.world, tree.each(lead), others
     told = (*bodies, kept, known, driving, gears, *bent, *loops, angles, rates)
-    run_states(*told, 0, 0)  # compiled by one thread: two at once compile it again
     shares = parts(windows, math.prod(lead) * len(cut.parts) * size, LEAST)
+    if len(shares) > 1:
+        run_states(*told, 0, 0)  # compiled by one thread: two at once compile it again
     at_once(lambda share: run_states(*told, share.start, share.stop), shares)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
@@ -148,40 +150,45 @@ def _bent(laws: Laws, axes: tuple[tuple[int, ...], int]) -> tuple[Any, Bent]:
     return functions, Bent(values, acts, dry, len(laws.bent), int(laws.needs_load))
 
 
-def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
-    """Level of dry friction, and the leading axes of all that drives the first period."""
+def _first(laws: Laws, held: Held) -> list[tuple[int, ...]]:
+    """The leading axes of all that drives the first period."""
     still = np.zeros(len(laws.joints))
     u = laws.command(held.inputs[..., 0, :], None, held.memory, 0.0)[0]
     torques = laws.straight.torques(still, still, still, u, None, None, held.memory)
-    level = 0.0 if torques.level is None else torques.level
-    parts = (torques.motor, torques.joint, level, laws.rotor_inertia)
-    return level, *(np.shape(part)[:-1] for part in parts)
+    parts = (torques.motor, torques.joint, _level(torques), laws.rotor_inertia)
+    return [np.shape(part)[:-1] for part in parts]
+
+
+def _level(torques: Torques) -> Any:
+    return 0.0 if torques.level is None else torques.level
 
 
 def _driving(
-    laws: Laws, cut: Pieces, memory: Memory, level: Numbers, axes: tuple[tuple[int, ...], int]
+    laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
 ) -> Driving:
     """One row for every state; their leading axes and number of joints are given."""
     (lead, size), count = axes, len(cut.parts)
     stops = (rows(stop, (), size) for stop in laws.stops or (-np.inf, np.inf))
     shape = (count, *(1,) * (2 - len(lead)), *lead)
-    torques = (every_row(part, shape, size) for part in _torques(laws, size, cut, memory))
-    still = rows(level, lead, size), rows(laws.rotor_inertia, lead, size)
+    *torques, level = _torques(laws, size, cut, memory)
+    driven = (every_row(part, shape, size) for part in torques)
+    levels = every_row(level, shape, size) if laws.timed else rows(level, lead, size)[None]
+    rotor = rows(laws.rotor_inertia, lead, size)
     h = every_row(cut.h[:, None, :, None], shape, 1)[..., 0]
-    return Driving._make((*torques, *still, *stops, h, cut.parts, cut.first))
+    return Driving._make((*driven, levels, rotor, *stops, h, cut.parts, cut.first))
 
 
 def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:
-    """`torque`, `falling`, `motor`, `motor_falling` of `Driving`, (P, ..., W, J)."""
+    """`torque`, `falling`, `motor`, `motor_falling` and `level` of `Driving`, (P, ..., W, J)."""
     still, u, on = np.zeros(size), cut.inputs, cut.enabled
     if laws.servos is not None:  # what their loops ask for is found in every substep
         u = np.zeros_like(u)
     here, there = (
-        laws.straight.torques(still, speed, speed, u, on, None, memory)
+        laws.straight.torques(still, speed, speed, u, on, None, begun(cut, memory))
         for speed in (still, still + PROBE)
     )
     torque, motor = here.motor + here.joint, (here.motor - there.motor) / PROBE
     falling = motor + (here.joint - there.joint) / PROBE
     if cut.push is not None:
         torque = torque + cut.push
-    return torque, falling, here.motor, motor
+    return torque, falling, here.motor, motor, _level(here)

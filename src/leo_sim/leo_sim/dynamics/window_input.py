@@ -2,8 +2,8 @@
 """What drives whole windows, as `window_kernel` takes it; position servos' own loops among it.
 
 What is held is cut into the periods over which it is constant: the sample periods; or the
-substeps, where a command changes between samples (delay, lag) or a sensor needs to know what the
-joints did there.
+substeps, where a command changes between samples (delay, lag), a law knows the time, or a sensor
+needs to know what the joints did there.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ import numpy as np
 from leo_sim.common.broadcasting import Array, filled, Indices, Numbers, rows
 from leo_sim.common.compiled import compiled_law, Functions
 from leo_sim.dynamics.substep import substeps
-from leo_sim.laws.laws import Laws, Memory
+from leo_sim.laws.laws import Laws, Memory, TIME
 from leo_sim.laws.sensors import Use
 
 MOST_BEHIND = 3  # laws behind the servos' loops; the catalogue has so many
@@ -52,7 +52,7 @@ class Driving(NamedTuple):
     falling: Array  # how it falls with the rates, N m s/rad, (K, N, J)
     motor: Array  # what of the two is the motors'; (K, N, J) where a law asks
     motor_falling: Array
-    level: Array  # of dry friction, N m, (N or 1, J)
+    level: Array  # of dry friction, N m, (K or 1, N or 1, J)
     rotor: Array  # inertia of the motor sides, kg m2, (N or 1, J)
     low: Array  # stops, rad, (1, J)
     high: Array
@@ -99,13 +99,19 @@ def pieces(laws: Laws, held: Held, longest: float) -> Pieces:
     parts = np.array([substeps(float(p), longest) for p in held.periods.max(axis=0)])
     h, push = held.periods.T / parts[:, None], held.push
     push = None if push is None else _samples_first(push)
-    if not (laws.dynamic or laws.sensors.dynamic):
+    if not (laws.dynamic or laws.timed or laws.sensors.dynamic):
         one, ends = np.ones_like(parts), np.arange(len(parts))
         return Pieces(*_steadily(laws, held), push, h, parts, one, ends)
     of, ends = np.repeat(np.arange(len(parts)), parts), np.cumsum(parts) - 1
     first = np.diff(of, prepend=-1)
     u, on = _changing(laws, held, of, h) if laws.dynamic else _steadily(laws, held, of)
     return Pieces(u, on, None if push is None else push[of], h[of], np.ones_like(of), first, ends)
+
+
+def begun(cut: Pieces, memory: Memory) -> Memory:
+    """The time at which each piece begins, (P, 1, W, 1)."""
+    spent = cut.h * cut.parts[:, None]
+    return {TIME: memory.get(TIME, 0.0) + (np.cumsum(spent, axis=0) - spent)[:, None, :, None]}
 
 
 def _steadily(laws: Laws, held: Held, of: Any = slice(None)) -> tuple[Any, Any]:
@@ -212,7 +218,7 @@ def _per_volt(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, 
     """Goals rad at the joints, and what 1 V there gives, N m, (P, ..., W, J)."""
     still = np.zeros(size)
     none, one = (
-        laws.straight.torques(still, still, still, u, cut.enabled, None, memory).motor
+        laws.straight.torques(still, still, still, u, cut.enabled, None, begun(cut, memory)).motor
         for u in (np.zeros_like(cut.inputs), np.ones_like(cut.inputs))
     )
     return laws.at_joints(cut.inputs), one - none

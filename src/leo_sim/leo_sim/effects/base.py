@@ -59,8 +59,9 @@ class Effect:
     # the torque hook changes the motor's own torque, which later effects see; actuated joints only
     motor_side: bool = False
     # what the torque hook returns changes with the rates and the motor's own torque alone,
-    # linearly (dry friction: not in size), so that it is asked once per sample period
-    steady: ClassVar[bool] = False
+    # linearly (dry friction: not in size), and with the time where it is `timed`, so that it is
+    # asked once per sample period
+    steady: bool = False
     # the command hook changes its result while the input is held; the sensor hook has a memory
     dynamic: ClassVar[bool] = False
     late: ClassVar[bool] = False  # the sensor hook shows the state of all joints `delay` s ago

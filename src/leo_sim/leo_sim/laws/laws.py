@@ -85,9 +85,11 @@ class Laws:
             else None
         )
         # while the input is held, torques change with the rates alone, linearly
-        self.steady = not (self.dynamic or self.bent or self.servos)
-        self.recalls = bool(self._remembering)  # a torque law has a memory
-        self.remembers = self.recalls or self.sensors.dynamic  # or a sensor law
+        self.timed = any(u.effect.timed for u in self._remembering)  # a torque law knows the time
+        self.steady = not (self.dynamic or self.bent or self.servos or self.timed)
+        # a torque law has a memory of the motion
+        self.recalls = any(not (u.effect.timed and u.effect.steady) for u in self._remembering)
+        self.remembers = bool(self._remembering) or self.sensors.dynamic  # or a sensor law
 
     @cached_property
     def straight(self) -> 'Laws':

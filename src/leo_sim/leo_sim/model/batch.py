@@ -122,7 +122,7 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
     """
     laws = model.reading_laws
     recalled: Memory = {}
-    if not (laws.dynamic or laws.remembers) and laws.gap is None:
+    if not (laws.dynamic or laws.recalls or laws.sensors.dynamic) and laws.gap is None:
         return memory, recalled
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
@@ -150,6 +150,7 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
             if laws.gap is not None:
                 angles = true[k][0] + (i + 0.5) * h * rate
                 memory = _play(model, memory, angles, rate, Period(u, on, h, 1))
+        memory = {**memory, TIME: memory[TIME] + h * count}
     return memory, recalled
 
 

@@ -83,7 +83,7 @@ RESULTS = {
     'friction': 'np.maximum(y, 0.0) + 0.0 * q',
     'drive': 'y * motor.torque',
 }
-FLAGS = ('dry', 'motor_side', 'uses_load', 'remembers', 'timed')
+FLAGS = ('dry', 'motor_side', 'uses_load', 'remembers', 'timed', 'steady')
 
 
 class FoundEffect(Effect):
@@ -106,6 +106,7 @@ class FoundEffect(Effect):
         self.dry, self.motor_side = carrier == 'friction', carrier == 'drive'
         self.uses_load = variable == 'load'
         self.remembers, self.timed = variable in ('time', 'path'), variable == 'time'
+        self.steady = self.timed
 
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """What the motor gets, as if the torque came from it."""
