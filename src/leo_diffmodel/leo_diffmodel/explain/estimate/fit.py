@@ -153,7 +153,9 @@ def _advanced(at: '_Point', pace: Pace, thorough: bool) -> 'tuple[_Point | None,
         if saved < numerics.kept * step.promised:
             begins = problem.begins(start) if thorough else (start,)
             nats = _enough(numerics, step.promised, thorough)
-            settled = settle(at.weighed, at.hypothesis, theta, begins, at.linear.by_start, nats)
+            settled = settle(
+                at.weighed, at.hypothesis, theta, begins, at.linear.by_start, nats, at.spread
+            )
             start, saved, nearby = settled.start, at.saved(settled.residual), None
         if saved > 0:
             there = at.to(theta, start, nearby)
@@ -234,7 +236,7 @@ class _Point:
     @property
     def trifle(self) -> float:
         """What a step must promise to be tried, a part of a standard error [nats]."""
-        return self.problem.numerics.step_nats * max(self.spread, 1.0)
+        return self.problem.numerics.step_nats * self.spread
 
     @property
     def lost(self) -> float:
@@ -265,7 +267,9 @@ class _Point:
         at, begins = self, self.problem.begins(self.start)
         for _ in range(problem.numerics.rounds):
             by_start = None if at.chord else at.linear.by_start
-            settled = settle(at.weighed, at.hypothesis, at.theta, begins, by_start, nats)
+            settled = settle(
+                at.weighed, at.hypothesis, at.theta, begins, by_start, nats, at.spread
+            )
             saved = at.saved(settled.residual)
             if at.problem is problem and saved <= at.trifle:
                 break
