@@ -7,9 +7,10 @@ from tests.models import modelled
 
 from leo_sim.description.robot import load_robot
 from leo_sim.dynamics import whole_windows, window_kernel
-from leo_sim.effects import Effect, get_effect, Parameter, place
+from leo_sim.effects import Effect, get_effect, Parameter, place, Placed
+from leo_sim.laws.laws import TIME
 from leo_sim.model import Model
-from leo_sim.model.batch import rollout
+from leo_sim.model.batch import History, rollout, warmed
 
 RNG = np.random.default_rng(0)
 WINDOWS, SAMPLES = 5, 9
@@ -103,6 +104,35 @@ def test_the_kernel_is_compiled_once_whatever_drives_the_robot():
     rollout(modelled(robot, *LAWS['a scanned scale']), **given)
     rollout(modelled(robot, *LAWS['a scanned delay']), **plain)
     assert len(window_kernel.run.signatures) == 1
+
+
+class Growing(Effect):
+    """A torque, a dry friction or a share of the motor's torque that grows with time."""
+
+    name, family, hook, parameters = 'growing', 'own', 'torque', (Parameter('a', 'N m'),)
+    remembers = timed = steady = True
+
+    def __init__(self, dry=False, motor_side=False):
+        self.dry, self.motor_side = dry, motor_side
+
+    def torque(self, p, q, dq, motor, load, memory):
+        return (p['a'] * memory + 0.0 * q) * (motor.torque if self.motor_side else 1.0)
+
+    def remember(self, p, q, dq, memory, dt):
+        return memory + dt
+
+
+@pytest.mark.parametrize('kind', [{}, {'dry': True}, {'motor_side': True}])
+def test_a_law_of_time_is_that_of_each_substep_whatever_went_before(kind, monkeypatch):
+    robot, begin = load_robot('double_pendulum'), RNG.uniform(0.0, 2.0, WINDOWS)
+    given = windows(robot)
+    past = tuple(given[name][:, :4] for name in ('push', 'inputs', 'inputs', 'enabled', 'dt'))
+    lags = [place(robot, f'{what}_lag', 'elbow', tau=0.02) for what in ('actuator', 'velocity')]
+    model = Model(robot, (Placed(Growing(**kind), ('elbow',), {'a': 0.3 * SCAN}), *lags))
+    moved = [whole(model, monkeypatch, start=begin + s, history=past, **given) for s in (0, 1)]
+    assert np.abs(moved[1] - moved[0]).max() > 1e-3
+    known, _ = warmed(model, History(*past), given['dq0'], {TIME: begin[:, None]})
+    assert known[TIME][:, 0] == pytest.approx(begin)
 
 
 def test_joints_come_to_rest_at_their_stops(monkeypatch):

@@ -14,7 +14,7 @@ from leo_diffmodel.explain.unknown.law import Law
 from leo_sim.effects import Effect, get_effect
 
 JOINT = 'elbow\'\'\'"""\n__import__("pathlib").Path("ran").touch()\n"""'
-SAME = 'name hook parameters equation looks_like dry motor_side uses_load remembers timed'
+SAME = 'name hook parameters equation looks_like dry motor_side uses_load remembers timed steady'
 VALUES = np.linspace(-3.0, 4.0, 60)
 KINDS = [
     ('angle', 'torque', None),
