@@ -105,8 +105,8 @@ def domain() -> Iterator[int]:
 
 
 @pytest.fixture
-def node(domain: int) -> Iterator[Any]:
-    """A node of this process, joined to the test's domain."""
+def node(spawn: Spawn) -> Iterator[Any]:
+    """A node of this process, joined to the test's domain; it leaves before others are killed."""
     from rclpy.node import Node
 
     from leo_msgs_py.node import graph, join
@@ -117,7 +117,11 @@ def node(domain: int) -> Iterator[Any]:
 
 @pytest.fixture
 def spawn(domain: int) -> Iterator[Spawn]:
-    """Start Python processes in the test's domain; they are killed at the end."""
+    """Start Python processes in the test's domain; they are killed at the end.
+
+    What joins the graph in this process uses this fixture, so that it has left by then: a process
+    killed with a lock of Fast DDS's shared memory has one that leaves wait for ever, or crash.
+    """
     running: list[subprocess.Popen] = []
 
     def start(*args: str, **options: object) -> subprocess.Popen:

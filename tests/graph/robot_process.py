@@ -7,7 +7,7 @@ import subprocess
 import time
 
 from rclpy.serialization import deserialize_message
-from tests.commands import LEO
+from tests.commands import start
 from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
@@ -22,8 +22,8 @@ CONTROL_PERIOD_NS = round(PENDULUM.control_period * 1e9)
 class Robot:
     """A robot process in a namespace of its own, and what it said."""
 
-    def __init__(self, node, folder, space: str, interface='voltage', **parameters) -> None:
-        self.node, self.space, self.folder = node, space, folder
+    def __init__(self, node, spawn, folder, space: str, interface='voltage', **parameters) -> None:
+        self.node, self.spawn, self.space, self.folder = node, spawn, space, folder
         self.interface = interface
         self.parameters = {'robot': 'pendulum', **parameters}
         period = load_robot(self.parameters['robot']).control_period
@@ -41,12 +41,9 @@ class Robot:
     def start(self) -> subprocess.Popen:
         chosen = [x for k, v in self.parameters.items() for x in ('-p', f'{k}:={v}')]
         self.log = (self.folder / 'robot.log').open('a+')
-        return subprocess.Popen(
-            [LEO, 'run', 'leo_sim', 'robot', '--ros-args', '-r', f'__ns:={self.space}', *chosen],
-            cwd=self.folder,
-            stdout=self.log,
-            stderr=subprocess.STDOUT,
-        )
+        words = 'run', 'leo_sim', 'robot', '--ros-args', '-r', f'__ns:={self.space}', *chosen
+        told = {'cwd': self.folder, 'stdout': self.log, 'stderr': subprocess.STDOUT}
+        return start(self.spawn, *words, **told)
 
     def _listen(self, topic, keep) -> list[bytes]:
         """Hand what a topic says to `keep`; its bytes go to what is returned."""

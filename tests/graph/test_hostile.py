@@ -59,7 +59,7 @@ class Watch(Node):
 
 
 @pytest.fixture
-def watch(domain, tmp_path, monkeypatch):
+def watch(spawn, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
     with graph(['--ros-args', '--log-level', 'fatal']):

@@ -32,6 +32,7 @@ from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.worker import News
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.node import join
 from leo_msgs_py.terminal import leo_process
 from leo_msgs_py.values import command_message
 from leo_sim.model import Model
@@ -99,7 +100,7 @@ def click(live, name) -> None:
 def commander() -> Callable[[], None]:
     """Sends one command now and then; between two the robot times out."""
     kind, name, qos = topics.COMMANDS['voltage']
-    publisher, sent = Node('commander').create_publisher(kind, name, qos), [0.0]
+    publisher, sent = join(Node('commander')).create_publisher(kind, name, qos), [0.0]
 
     def command() -> None:
         if publisher.get_subscription_count() and time.monotonic() - sent[0] > APART:

@@ -87,7 +87,7 @@ class Robot:
 
 
 @pytest.fixture
-def robot(domain) -> Iterator[Robot]:
+def robot(spawn) -> Iterator[Robot]:
     with graph(['--ros-args', '--log-level', 'warn', '-p', 'hidden:=secret']):
         yield Robot()
 
@@ -215,7 +215,7 @@ class Stage:
 
 
 @pytest.fixture
-def stage(domain):
+def stage(spawn):
     with graph(['--ros-args', '--log-level', 'warn']):
         yield Stage()
 

@@ -12,7 +12,8 @@ import pytest
 from rcl_interfaces.srv import ListParameters
 from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import SetBool
-from tests.graph.robot_process import CONTROL_PERIOD_NS, LEO, PATIENCE, PENDULUM, Robot
+from tests.commands import LEO
+from tests.graph.robot_process import CONTROL_PERIOD_NS, PATIENCE, PENDULUM, Robot
 from tests.places import ROOT
 
 from leo_diffmodel.bags.writer import BagWriter
