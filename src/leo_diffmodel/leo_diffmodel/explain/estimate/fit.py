@@ -90,7 +90,8 @@ def fit(
         settled = there is None
         at = there or at.checked(problem, _enough(numerics, at.trifle, thorough))
     exact = at.problem is problem and not at.chord
-    return replace((at if exact else at.within(problem)).as_fit(), ended=ended)
+    last = at if exact else at.to(at.theta, at.start, problem=problem)
+    return replace(last.as_fit(), ended=ended)
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
@@ -247,7 +248,7 @@ class _Point:
         behind = self.lost - rival
         return before.lost - self.lost < self.problem.numerics.hopeless * behind
 
-    @property
+    @cached_property
     def quick(self) -> Problem:
         """The problem integrated roughly, plus what the fine step adds here."""
         if self.linear.rough is self.linear.residual:
@@ -273,20 +274,23 @@ class _Point:
             saved = at.saved(settled.residual)
             if at.problem is problem and saved <= at.trifle:
                 break
-            at = at.within(problem, settled.start)
+            at = at.to(at.theta, settled.start, problem=problem)
             begins = (at.start,)
         return at
 
-    def within(self, problem: Problem, start: Array | None = None) -> '_Point':
-        """The same values in the problem as it is, integrated finely."""
-        errors = conditional_errors(self.slope[problem.train])
-        start = self.start if start is None else start
-        return _Point(problem, self.hypothesis, self.theta, start, errors)
+    def to(
+        self,
+        theta: Array,
+        start: Array,
+        by_start: Array | None = None,
+        problem: Problem | None = None,
+    ) -> '_Point':
+        """The hypothesis at other values, moved by the standard errors here for its columns.
 
-    def to(self, theta: Array, start: Array, by_start: Array | None = None) -> '_Point':
-        """The hypothesis at other values, moved by the standard errors here for its columns."""
+        In another problem, or integrated roughly, plus what the fine step adds here.
+        """
         errors = conditional_errors(self.slope[self.problem.train])
-        return _Point(self.quick, self.hypothesis, theta, start, errors, by_start)
+        return _Point(problem or self.quick, self.hypothesis, theta, start, errors, by_start)
 
     def saved(self, residual: Array) -> float:
         """What another residual (W, N) saves of that here, no window out of line [nats]."""
