@@ -155,7 +155,7 @@ def _advanced(at: '_Point', pace: Pace, thorough: bool) -> 'tuple[_Point | None,
             begins = problem.begins(start) if thorough else (start,)
             nats = _enough(numerics, step.promised, thorough)
             settled = settle(
-                at.weighed, at.hypothesis, theta, begins, at.linear.by_start, nats, at.spread
+                at.weighed, at.hypothesis, theta, begins, at.linear.by_start, nats, at.ease
             )
             start, saved, nearby = settled.start, at.saved(settled.residual), None
         if saved > 0:
@@ -235,9 +235,14 @@ class _Point:
         return likelihood.dispersion(self.rest[self.problem.train], self.start.shape[-1])
 
     @property
+    def ease(self) -> float:
+        """Times what a step must promise to be tried: where much is left, errors are large."""
+        return max(self.problem.numerics.inexact * self.spread, 1.0)
+
+    @property
     def trifle(self) -> float:
-        """What a step must promise to be tried, a part of a standard error [nats]."""
-        return self.problem.numerics.step_nats * self.spread
+        """What a step of the parameters must promise to be tried [nats]."""
+        return self.problem.numerics.step_nats * self.ease
 
     @property
     def lost(self) -> float:
@@ -268,9 +273,7 @@ class _Point:
         at, begins = self, self.problem.begins(self.start)
         for _ in range(problem.numerics.rounds):
             by_start = None if at.chord else at.linear.by_start
-            settled = settle(
-                at.weighed, at.hypothesis, at.theta, begins, by_start, nats, at.spread
-            )
+            settled = settle(at.weighed, at.hypothesis, at.theta, begins, by_start, nats, at.ease)
             saved = at.saved(settled.residual)
             if at.problem is problem and saved <= at.trifle:
                 break
