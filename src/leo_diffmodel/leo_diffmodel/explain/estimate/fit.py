@@ -4,7 +4,6 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -26,20 +25,6 @@ from leo_diffmodel.explain.problem.shooting import eliminate
 from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
-
-
-class Pace(NamedTuple):
-    """How far the next step goes."""
-
-    damping: float  # of Levenberg and Marquardt
-    stride: float = 1.0  # times a step: where residuals are large, robust losses bend less
-
-    def after(self, share: float, numerics: Numerics) -> 'Pace':
-        """The pace after a step that saved so many times what a plain one promised."""
-        softer = max(numerics.softest, 1.0 - (2.0 * share - 1.0) ** 3)
-        bend = (2.0 * self.stride - share) / self.stride**2
-        stride = max(1.0 / max(bend, 1.0 / numerics.longest_stride), 1.0)
-        return Pace(max(self.damping * softer, numerics.least_damping), stride)
 
 
 def fit(
@@ -77,18 +62,18 @@ def fit(
     begun = settle(quick, hypothesis, theta, problem.begins(start), by_start)
     nearby = None if thorough else begun.by_start
     at = _Point(quick, hypothesis, theta, begun.start, by_start=nearby)
-    pace, settled, ended = Pace(numerics.damping), False, not hypothesis.size
+    damping, settled, ended = numerics.damping, False, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
         if problem.late():
             break
-        there, pace = _advanced(at, pace, thorough)
+        there, damping = _advanced(at, damping, thorough)
         ended = there is None and settled
         if ended or (there and there.gives_up(at, rival)):
             at = there or at
             break
         settled = there is None
-        at = there or at.checked(problem, _enough(numerics, at.trifle, thorough))
+        at = there or at.checked(problem, _enough(numerics, numerics.step_nats, thorough))
     exact = at.problem is problem and not at.chord
     last = at if exact else at.to(at.theta, at.start, problem=problem)
     return replace(last.as_fit(), ended=ended)
@@ -135,34 +120,29 @@ def moved(fitted: Fit, step: 'Step', scale: float) -> Fit:
     return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
 
 
-def _advanced(at: '_Point', pace: Pace, thorough: bool) -> 'tuple[_Point | None, Pace]':
-    """The first step, shorter and shorter, that saves something, and the pace of the next.
+def _advanced(at: '_Point', damping: float, thorough: bool) -> 'tuple[_Point | None, float]':
+    """The first step, shorter and shorter, that saves something, and the damping of the next.
 
     None where no step promises anything. Where a step saves less than half of its promise, the
     start states are settled.
     """
     problem, numerics = at.quick, at.problem.numerics
-    (damping, stride), harder, corrected = pace, numerics.harder, problem is not at.problem
-    least = at.trifle * (numerics.inexact if corrected else 1.0)
+    harder, corrected = numerics.harder, problem is not at.problem
+    least = numerics.step_nats * (numerics.inexact if corrected else 1.0)
     while (step := at.step(damping)).promised > least:
-        theta, start = _along(at.hypothesis, at.theta, at.start, step, stride)
+        theta, start = _along(at.hypothesis, at.theta, at.start, step)
         nearby = None if thorough else at.linear.by_start
         saved = at.saved(problem.fixed(at.hypothesis, theta).residual(start))
-        if stride > 1.0 and saved < step.promised:
-            stride = 1.0
-            continue
         if saved < numerics.kept * step.promised:
             begins = problem.begins(start) if thorough else (start,)
             nats = _enough(numerics, step.promised, thorough)
-            settled = settle(
-                at.weighed, at.hypothesis, theta, begins, at.linear.by_start, nats, at.ease
-            )
+            settled = settle(at.weighed, at.hypothesis, theta, begins, at.linear.by_start, nats)
             start, saved, nearby = settled.start, at.saved(settled.residual), None
         if saved > 0:
-            there = at.to(theta, start, nearby)
-            return there, Pace(damping, stride).after(saved / step.promised, numerics)
+            softer = max(numerics.softest, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
+            return at.to(theta, start, nearby), max(damping * softer, numerics.least_damping)
         damping, harder = max(damping, 1e3 * numerics.least_damping) * harder, 2.0 * harder
-    return None, Pace(damping)
+    return None, damping
 
 
 def _along(
@@ -229,21 +209,6 @@ class _Point:
         self.answer = -solved, -gain
         self.chord = by_start is not None and not problem.on_ground
 
-    @cached_property
-    def spread(self) -> float:
-        """How many times the residual exceeds white noise."""
-        return likelihood.dispersion(self.rest[self.problem.train], self.start.shape[-1])
-
-    @property
-    def ease(self) -> float:
-        """Times what a step must promise to be tried: where much is left, errors are large."""
-        return max(self.problem.numerics.inexact * self.spread, 1.0)
-
-    @property
-    def trifle(self) -> float:
-        """What a step of the parameters must promise to be tried [nats]."""
-        return self.problem.numerics.step_nats * self.ease
-
     @property
     def lost(self) -> float:
         return float(self.loss[self.problem.train].sum())
@@ -273,9 +238,9 @@ class _Point:
         at, begins = self, self.problem.begins(self.start)
         for _ in range(problem.numerics.rounds):
             by_start = None if at.chord else at.linear.by_start
-            settled = settle(at.weighed, at.hypothesis, at.theta, begins, by_start, nats, at.ease)
+            settled = settle(at.weighed, at.hypothesis, at.theta, begins, by_start, nats)
             saved = at.saved(settled.residual)
-            if at.problem is problem and saved <= at.trifle:
+            if at.problem is problem and saved <= problem.numerics.step_nats:
                 break
             at = at.to(at.theta, settled.start, problem=problem)
             begins = (at.start,)
@@ -328,7 +293,7 @@ class _Point:
         problem, train, channels = self.problem, self.problem.train, self.start.shape[-1]
         columns = self.slope * leverage_weight(problem, self.slope)
         block = np.arange(len(train)) if problem.block is None else problem.block
-        spread = self.spread
+        spread = likelihood.dispersion(self.rest[train], channels)
         prior, of_loss = self.hypothesis.prior(self.theta), (problem.numerics, self.typical)
         data = columns[train], self.rest[train], block[train]
         variance = covariance(*data, prior, spread, channels, *of_loss)

@@ -39,19 +39,18 @@ def settle(
     starts: Sequence[Array],
     by_start: Array | None = None,
     nats: float = inf,
-    ease: float = 1.0,
 ) -> Settled:
     """Settle from each of several start states (W, 2J), and keep the best in each window.
 
     `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is the sensitivity of the
     whitened residual to the start states, found nearby. They are settled where all windows
-    together promise less than `nats`, and none more than `ease` times what the settings say.
+    together promise less than `nats`, and none more than the settings say.
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))
     fixed = problem.fixed(hypothesis, theta).take(tiled)
     by_start = by_start if by_start is None else by_start[tiled]
-    enough = min(problem.numerics.start_nats * ease, nats / count)
+    enough = min(problem.numerics.start_nats, nats / count)
     at = _Settling(fixed, np.concatenate(starts), by_start).settled(enough)
     best = at.loss.reshape(-1, count).argmin(axis=0) * count + np.arange(count)
     return at.take(best)

@@ -149,9 +149,9 @@ class Problem:
 
         What that adds is nearly the same nearby (a deferred correction: Stetter 1978).
         """
-        if self.rough is self.base:
+        if (model := self.rough) is self.base:
             return self
-        rough = replace(self, base=self.rough, rough_step=None)
+        rough = replace(self, base=model, rough_step=None)
         fine, other = (p.residual(start, hypothesis.model(p.base, theta)) for p in (self, rough))
         return replace(rough, added=fine - other)
 

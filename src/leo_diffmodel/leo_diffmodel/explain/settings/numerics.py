@@ -83,8 +83,6 @@ class Numerics:
     harder: float = 2.0  # times the damping after a step that gains nothing, more with each
     softest: float = 1 / 3
     """Times the damping after a step that keeps its promise, at least (Nielsen 1999)."""
-    longest_stride: float = 4.0
-    """Times a step of a fit, at most; what saves more than its promise bends less than that."""
     responding: float = 0.05
     """A window responds whose sensitivity is this share of what nine in ten stay below."""
     most_leverage: float = inf

@@ -11,13 +11,12 @@ from tests.simulate import POSITION, record, rounded
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import finish
 from leo_diffmodel.explain.estimate.finish import finished
-from leo_diffmodel.explain.estimate.fit import fit, Pace
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, in_words
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -52,15 +51,6 @@ def check_alike(problem: Problem, fits: Sequence[Fit]) -> None:
     off = [abs(f.theta[0] - DEAD_ZONE) / f.standard_errors[0] for f in fits]
     assert max(losses) - min(losses) < FEW_NATS, losses
     assert max(off) < 3.0, off
-
-
-@pytest.mark.parametrize(('stride', 'bend'), [(1.0, 1.0), (1.0, 0.4), (2.5, 0.4), (1.0, 0.0)])
-def test_a_step_goes_as_far_as_the_last_one_shows_to_be_best(stride: float, bend: float) -> None:
-    """What s times a step saves of its promise is 2 s - bend s^2 on a parabola of this bend."""
-    longest = SETTINGS.numerics.longest_stride
-    share = 2.0 * stride - bend * stride**2
-    found = Pace(1e-3, stride).after(share, SETTINGS.numerics).stride
-    assert found == pytest.approx(min(1.0 / bend if bend else longest, longest))
 
 
 def test_a_dead_zone_is_found_from_anywhere(posed: tuple[Problem, Hypothesis]) -> None:
