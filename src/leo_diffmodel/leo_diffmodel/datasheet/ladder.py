@@ -114,8 +114,7 @@ def _above(fits: Smooth, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:
     """A law and one effect more: from where a scan points, and from the values of `rich`."""
     below, candidate = point
     begun, problem = added(fits, below, candidate, lambda *_: None).fit, below.problem
-    theta = _values(begun, rich)
-    begins = (begun.theta, below.fit.start), (theta, rich.start)
+    begins = (begun.theta, below.fit.start), (_values(begun, rich), rich.start)
     ends = [fit(problem, begun.hypothesis, *b, thorough=True) for b in begins]
     return min(ends, key=lambda f: float(f.loss[problem.train].sum()))
 

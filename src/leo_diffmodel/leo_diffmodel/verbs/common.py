@@ -36,8 +36,7 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
 def add_model_arguments(arguments: Parser, several: bool = False) -> None:
     """Model, topic map, own effects, JSON; with `several` models, `arguments.model` is a list."""
     about = f'a model file, a robot name or a robot folder{"; again for each model" * several}'
-    action = 'append' if several else 'store'
-    arguments.add('--model', about, required=True, action=action)
+    arguments.add('--model', about, required=True, action='append' if several else 'store')
     arguments.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(arguments)
 

@@ -69,8 +69,7 @@ def _write(
     from leo_diffmodel.report.compared import comparison_page
 
     page = comparison_page(result, recordings, model, watch)
-    answer = json_text(result.data)
-    write_together({folder / 'compare.json': answer, folder / 'report.html': page})
+    write_together({folder / 'compare.json': json_text(result.data), folder / 'report.html': page})
 
 
 def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:

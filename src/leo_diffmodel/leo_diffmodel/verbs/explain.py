@@ -85,8 +85,7 @@ def _finished(
         best.answer = result
         best.tell(arguments)
     if folder:
-        watch = common.watch(arguments)
-        write_explanation(folder, result, recordings, watch, arguments.until)
+        write_explanation(folder, result, recordings, common.watch(arguments), arguments.until)
     if not arguments.json:
         if arguments.why:
             _show_rules(result.rules)

@@ -51,10 +51,8 @@ def main(argv: list[str]) -> int:
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with progress('reading the noise'):
-        scene = Scene.of(recordings, model, held, own, arguments.step)
-        state = State(scene, folder)
-    finder = Finder(watch_common.asked, argv)
-    return _server(arguments, state, finder, Tab).run_until_interrupted()
+        state = State(Scene.of(recordings, model, held, own, arguments.step), folder)
+    return _server(arguments, state, Finder(watch_common.asked, argv), Tab).run_until_interrupted()
 
 
 def _server(

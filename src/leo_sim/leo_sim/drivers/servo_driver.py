@@ -293,6 +293,5 @@ class ServoDriver(ABC):
         return Applied(stamp_ns, info.actuators, values, info.interface, self._on.copy())
 
     def _said(self, error: int) -> str:
-        bits = HARDWARE_ERRORS[self.line.family]
-        known = [text for bit, text in bits.items() if error & bit]
+        known = [text for bit, text in HARDWARE_ERRORS[self.line.family].items() if error & bit]
         return ', '.join(known) or f'hardware error {error}'
