@@ -17,8 +17,6 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.select.sets import holds
 
-Array = np.ndarray
-
 
 @dataclass(frozen=True)
 class Ladder:
@@ -119,7 +117,7 @@ def _above(fits: Smooth, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:
     return min(ends, key=lambda f: float(f.loss[problem.train].sum()))
 
 
-def _values(begun: Fit, rich: Fit) -> Array:
+def _values(begun: Fit, rich: Fit) -> np.ndarray:
     """The values of another fit where it has them: of an effect, or of one that shares a term."""
     known, whole = rich.hypothesis, begun.hypothesis
     values = {

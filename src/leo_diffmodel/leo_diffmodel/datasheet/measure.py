@@ -33,7 +33,6 @@ from leo_sim.description.robot import Constant, Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
-Array = np.ndarray
 RECORD = 'record the motion that leo datasheet --motion writes'
 
 
@@ -169,7 +168,7 @@ def last_fit(problem: Problem, fitted: Fit) -> Fit:
     return replace(fitted, theta=theta, covariance=_wider(problem, fitted) + np.outer(left, left))
 
 
-def _wider(problem: Problem, fitted: Fit) -> Array:
+def _wider(problem: Problem, fitted: Fit) -> np.ndarray:
     """Covariance with the larger of the variances that blocks and residual give, (P, P)."""
     train, channels = problem.train, fitted.start.shape[-1]
     residual = fitted.residual[train]

@@ -16,8 +16,6 @@ from leo_sim.model.batch import rollout
 from leo_sim.model.state import State
 from leo_sim.task.motions import MOTIONS, Routine
 
-Array = np.ndarray
-
 
 def simulate(runs: Runs, model: Model, period: float) -> list[Recording]:
     """Every run as the model predicts it, states every `period` s."""

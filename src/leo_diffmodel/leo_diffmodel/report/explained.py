@@ -38,7 +38,6 @@ from leo_sim.model import Model
 
 MOST_WINDOWS = 100
 MOST_CURVES = 4
-Array = np.ndarray
 
 
 def write_explanation(
@@ -134,7 +133,7 @@ def _training_errors(
 
 def trace(
     recordings: Sequence[Recording], found: Search
-) -> tuple[Model, MissingTorque, dict[str, Array]]:
+) -> tuple[Model, MissingTorque, dict[str, np.ndarray]]:
     """The torque that the model lacks, and how each leading hypothesis says it should look.
 
     A hypothesis' curve is the same estimator applied to the same windows, with the measured
