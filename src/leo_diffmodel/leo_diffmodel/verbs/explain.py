@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import argparse
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -70,7 +70,7 @@ def main(argv: list[str]) -> int:
 
 
 def _finished(
-    arguments: argparse.Namespace, best: Best, recordings: Sequence[Recording], target: Path | None
+    arguments: Namespace, best: Best, recordings: Sequence[Recording], target: Path | None
 ) -> int:
     """Print an answer and write it."""
     from leo_diffmodel.report.explained import write_explanation
@@ -95,7 +95,7 @@ def _finished(
 
 
 def _explained(
-    arguments: argparse.Namespace,
+    arguments: Namespace,
     model: Model,
     recordings: Sequence[Recording],
     best: Best,
@@ -111,7 +111,7 @@ def _explained(
         return explain(recordings, model, held, own, heard, arguments.step, **chosen)
 
 
-def _each(arguments: argparse.Namespace, folder: Path | None) -> int:
+def _each(arguments: Namespace, folder: Path | None) -> int:
     """Every bag by itself; exit status 2 where one could not be explained."""
     from leo_diffmodel.verbs.explain_each import explain_each
 
@@ -127,7 +127,7 @@ def _each(arguments: argparse.Namespace, folder: Path | None) -> int:
 
 
 def _edited(
-    arguments: argparse.Namespace, given: Model, result: Explanation, bags: Sequence[Recording]
+    arguments: Namespace, given: Model, result: Explanation, bags: Sequence[Recording]
 ) -> Explanation:
     """The answer with the edit test, where there are bags for it and something was named."""
     if not bags:
@@ -192,9 +192,7 @@ def _written(target: Path, result: Explanation) -> Explanation:
     return replace(result, unknown=replace(result.unknown, source=str(target.resolve())))
 
 
-def _point_on_effect(
-    arguments: argparse.Namespace, target: Path | None, result: Explanation
-) -> None:
+def _point_on_effect(arguments: Namespace, target: Path | None, result: Explanation) -> None:
     if target is None:
         return
     if result.unknown is None:
@@ -210,7 +208,7 @@ def _point_on_effect(
     print(f'next: {command}')
 
 
-def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explanation) -> None:
+def _point_on(arguments: Namespace, folder: Path | None, result: Explanation) -> None:
     untested = result.verdict == 'fine' and result.not_testable
     commands = [result.next_command] if result.next_command else []
     if folder:
@@ -225,7 +223,7 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
         common.point_on_watch(arguments)
 
 
-def _add_words(arguments: argparse.Namespace, folder: Path, result: Explanation) -> str:
+def _add_words(arguments: Namespace, folder: Path, result: Explanation) -> str:
     """`leo add` of what was found, with consent to each Python file that it needs."""
     source = result.unknown.source if result.unknown else ''
     own = [*effect_words(result.model.effects), *words([source] if source else [])]
