@@ -21,7 +21,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.consent import effect_words, words
 
 if TYPE_CHECKING:
-    from leo_diffmodel.bags.episode import Recording
+    from leo_diffmodel.bags.episode import Recordings
     from leo_diffmodel.explain.decide import Rule
     from leo_diffmodel.explain.explanation import Explanation
     from leo_diffmodel.verbs.best import Best
@@ -70,7 +70,7 @@ def main(argv: list[str]) -> int:
 
 
 def _finished(
-    arguments: Namespace, best: Best, recordings: Sequence[Recording], target: Path | None
+    arguments: Namespace, best: Best, recordings: Recordings, target: Path | None
 ) -> int:
     """Print an answer and write it."""
     from leo_diffmodel.report.explained import write_explanation
@@ -95,11 +95,7 @@ def _finished(
 
 
 def _explained(
-    arguments: Namespace,
-    model: Model,
-    recordings: Sequence[Recording],
-    best: Best,
-    held: Sequence[Recording],
+    arguments: Namespace, model: Model, recordings: Recordings, best: Best, held: Recordings
 ) -> Explanation:
     from leo_diffmodel.explain.explanation import explain
     from leo_sim.common.cores import using
@@ -127,7 +123,7 @@ def _each(arguments: Namespace, folder: Path | None) -> int:
 
 
 def _edited(
-    arguments: Namespace, given: Model, result: Explanation, bags: Sequence[Recording]
+    arguments: Namespace, given: Model, result: Explanation, bags: Recordings
 ) -> Explanation:
     """The answer with the edit test, where there are bags for it and something was named."""
     if not bags:
