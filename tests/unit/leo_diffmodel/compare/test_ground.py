@@ -71,7 +71,7 @@ def test_a_window_that_is_thrown_out_of_the_ground_tells_no_noise(model, monkeyp
         predicted[gone], columns[gone] = np.nan, np.nan
         return predicted, columns
 
-    monkeypatch.setattr(noise, 'respond', thrown)
+    monkeypatch.setattr(noise.pushes, 'respond', thrown)
     sigma = noise.estimate(model, noise.short_windows([recorded(start='standing')]))
     assert sigma == pytest.approx(SIGMA, rel=0.5)
 
