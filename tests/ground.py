@@ -42,8 +42,7 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
     episode = Episode(
         0.01 * np.arange(len(q)), q, dq, np.clip(volts, -8.6, 8.6), np.ones((len(q), 6), bool)
     )
-    held = str(LEO.start_poses[start].held).lower()
-    known = {'period': 0.03, 'metadata': {'held': held}}
+    known = {'period': 0.03, 'metadata': {'held': str(LEO.start_poses[start].held).lower()}}
     return of_robot(LEO, episode, name=start, **known)
 
 

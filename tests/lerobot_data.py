@@ -43,8 +43,7 @@ def write_lerobot(
     (folder / 'data/chunk-000').mkdir(parents=True)
     for k, part in enumerate(np.array_split(np.arange(len(episodes)), files)):
         frames = [_frames(int(number), *episodes[number], fps) for number in part]
-        file = folder / f'data/chunk-000/file-{k:03d}.parquet'
-        pq.write_table(pa.concat_tables(frames), file)
+        pq.write_table(pa.concat_tables(frames), folder / f'data/chunk-000/file-{k:03d}.parquet')
     return folder
 
 

@@ -57,8 +57,7 @@ def solved(at: Any, hypothesis: Hypothesis, data: Array, columns: dict[str, Arra
     Of an effect with several parameters the first alone does something.
     """
     names = [c.effect.name for c in hypothesis.candidates]
-    none = np.zeros((*data.shape, 0))
-    seen = np.stack([columns[n] for n in names], axis=-1) if names else none
+    seen = np.stack([columns[n] for n in names], axis=-1) if names else np.zeros((*data.shape, 0))
     flat = seen.reshape(data.size, len(names))
     found = np.linalg.lstsq(flat, data.ravel(), rcond=None)[0]
     residual = data - seen @ found

@@ -32,8 +32,7 @@ def dynamic(stamp_ns: int, joints: Mapping[str, Mapping[str, float]]) -> bytes:
         kinds['control_msgs/msg/InterfaceValue'](list(v), np.array(list(v.values()), float))
         for v in joints.values()
     ]
-    header = _header(stamp_ns)
-    return message('control_msgs/msg/DynamicJointState', header, list(joints), values)
+    return message('control_msgs/msg/DynamicJointState', _header(stamp_ns), list(joints), values)
 
 
 def state(
@@ -54,8 +53,7 @@ def trajectory(
 ) -> bytes:
     """A trajectory_msgs/JointTrajectory of goals by their time from its start [ns]."""
     made = [_point(goal, after) for after, goal in points.items()]
-    header = _header(stamp_ns)
-    return message('trajectory_msgs/msg/JointTrajectory', header, list(names), made)
+    return message('trajectory_msgs/msg/JointTrajectory', _header(stamp_ns), list(names), made)
 
 
 def controller_state(
@@ -65,8 +63,7 @@ def controller_state(
     name, store = CONTROLLER_STATE, get_typestore(Stores.ROS2_JAZZY)
     points = ''.join(f'trajectory_msgs/JointTrajectoryPoint {field}\n' for field in fields)
     begin = 'std_msgs/Header header\nstring[] joint_names\n'
-    text = f'{begin}{points}string[] multi_dof_joint_names\n'
-    store.register(get_types_from_msg(text, name))
+    store.register(get_types_from_msg(f'{begin}{points}string[] multi_dof_joint_names\n', name))
     rest = [_point(np.zeros(len(names)), 0) for _ in fields[1:]]
     made = store.types[name](_header(stamp_ns), list(names), _point(goal, 0), *rest, [])
     return bytes(store.serialize_cdr(made, name))

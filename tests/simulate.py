@@ -73,8 +73,7 @@ def of_robot(
 ) -> Recording:
     """A recording of a robot; `more` are its metadata, and further fields."""
     names = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
-    metadata = more.pop('metadata', {})
-    known = '0' * 64, *names, robot.input, period, episodes, metadata
+    known = '0' * 64, *names, robot.input, period, episodes, more.pop('metadata', {})
     return Recording(Path(name), *known, **more)
 
 

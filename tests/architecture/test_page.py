@@ -29,8 +29,7 @@ def rooms_in(package: str) -> set[str]:
 
 
 def test_the_packages_are_in_their_order() -> None:
-    named = re.findall(r'^\| `src/(\w+)` \|', PAGE, flags=re.MULTILINE)
-    assert tuple(named) == PRODUCT
+    assert tuple(re.findall(r'^\| `src/(\w+)` \|', PAGE, flags=re.MULTILINE)) == PRODUCT
 
 
 def test_the_rooms_of_the_simulator_are_in_their_order() -> None:

@@ -143,8 +143,7 @@ def robot_with_servo(
 
 def running(robot: Robot, supply: float = 12.0, start: str = 'nominal') -> Emulated:
     """A bus at work on a clock of its own."""
-    line = Line(robot.driver.bus.baud, Trouble(), seed=1)
-    return Emulated(_plant(robot, supply, start), line)
+    return Emulated(_plant(robot, supply, start), Line(robot.driver.bus.baud, Trouble(), seed=1))
 
 
 @contextmanager

@@ -59,8 +59,7 @@ def fill(folder: Path) -> Path:
 
 def swing(count: int = 600, joint: str = 'pivot') -> Run:
     t = 0.01 * np.arange(count)
-    voltage = np.sign(np.sin(7 * t))
-    inputs = {joint: {'voltage': voltage, 'enabled': np.ones(count)}}
+    inputs = {joint: {'voltage': np.sign(np.sin(7 * t)), 'enabled': np.ones(count)}}
     return Run(t, [joint], 3 + np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
 
 
@@ -111,8 +110,7 @@ def _models(folder: Path) -> None:
         'law': {'effects': [{'name': 'broken_law.py', 'where': 'pivot'}]},
     }
     for name, content in bad.items():
-        text = yaml.safe_dump({'robot': 'pendulum', **content})
-        (folder / f'bad_{name}.yaml').write_text(text)
+        (folder / f'bad_{name}.yaml').write_text(yaml.safe_dump({'robot': 'pendulum', **content}))
     (folder / 'broken.yaml').write_text('robot: [pendulum\neffects:\n  - name')
     (folder / 'binary.yaml').write_bytes(b'\xff\xfe\x00')
     (folder / 'half_robot').mkdir()

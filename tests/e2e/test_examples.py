@@ -39,8 +39,7 @@ def test_read(bags):
 
 
 def test_compare(bags):
-    said = run(bags, 'compare.py', 'friction', ROBOT)
-    assert 'worst at pivot, direction' in said
+    assert 'worst at pivot, direction' in run(bags, 'compare.py', 'friction', ROBOT)
 
 
 def test_explain_and_add(bags):
@@ -54,8 +53,7 @@ def test_explain_and_add(bags):
 
 
 def test_own_effect(bags):
-    said = run(bags, 'own_effect.py', 'hose', ROBOT)
-    assert said.startswith('named: Missing: hose:pivot')
+    assert run(bags, 'own_effect.py', 'hose', ROBOT).startswith('named: Missing: hose:pivot')
 
 
 def test_first_look_notebook(tmp_path):

@@ -104,8 +104,7 @@ def test_colcon_installs_every_module_and_data_file(colcon_install: Path, packag
     source = ROOT / 'src' / package / package
     files = [p.relative_to(source) for p in source.rglob('*') if p.is_file()]
     sources = [f for f in files if not f.parts[0].startswith('.') and '__pycache__' not in f.parts]
-    missing = [str(f) for f in sources if not (installed / f).exists()]
-    assert missing == []
+    assert [str(f) for f in sources if not (installed / f).exists()] == []
 
 
 @pytest.fixture(scope='session')

@@ -122,8 +122,7 @@ class Algorithm5:
         if update and settings.thesis:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
         model, difference = self.corrected()
-        env = ModelEnv(training_model(model), difference)
-        training = Training(env, config, self._seed())
+        training = Training(ModelEnv(training_model(model), difference), config, self._seed())
         if update:
             self._start_from_before(training)
         steps = settings.update_steps if update else settings.first_steps

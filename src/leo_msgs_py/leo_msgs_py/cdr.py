@@ -153,8 +153,7 @@ def joint_state(
 
 @lru_cache(maxsize=64)
 def _like(names: tuple[str, ...], *counts: int) -> _Layout:
-    columns = map(np.zeros, counts)
-    return _Layout(_message(JOINT_STATE, _header(0), list(names), *columns))
+    return _Layout(_message(JOINT_STATE, _header(0), list(names), *map(np.zeros, counts)))
 
 
 def uint32(number: int) -> bytes:

@@ -11,16 +11,8 @@ from threading import Event, Thread
 import time
 from typing import Any, IO
 
+from rich import progress as bars
 from rich.console import Console, ConsoleOptions, RenderableType
-from rich.progress import (
-    BarColumn,
-    Progress,
-    ProgressColumn,
-    SpinnerColumn,
-    Task,
-    TextColumn,
-    TimeElapsedColumn,
-)
 from rich.segment import Segment
 from rich.table import Column
 from rich.table import Table as RichTable
@@ -158,12 +150,12 @@ def listed(names: Sequence[str], most: int = 3) -> str:
     return f'{", ".join(names[:most])}{rest}'
 
 
-class _Left(ProgressColumn):
+class _Left(bars.ProgressColumn):
     def __init__(self, clock: Clock) -> None:
         super().__init__(Column(no_wrap=True))
         self._clock = clock
 
-    def render(self, task: Task) -> Text:
+    def render(self, task: bars.Task) -> Text:
         return Text(self._clock.rest)
 
 
@@ -201,9 +193,9 @@ def progress(title: str, steps: int | None = None, within: float = math.inf) -> 
 
 @contextmanager
 def _bar(title: str, clock: Clock, console: Terminal) -> Iterator[Callable[[str], None]]:
-    what = TextColumn('{task.description}', markup=False)
-    columns = (SpinnerColumn(), what, BarColumn(), TimeElapsedColumn(), _Left(clock))
-    with Progress(*columns, console=console, transient=True) as bar:
+    what = bars.TextColumn('{task.description}', markup=False)
+    parts = (bars.SpinnerColumn(), what, bars.BarColumn(), bars.TimeElapsedColumn(), _Left(clock))
+    with bars.Progress(*parts, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None)
 
         def show(text: str) -> None:

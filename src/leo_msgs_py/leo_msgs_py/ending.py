@@ -68,8 +68,7 @@ def ending(until: float = math.inf) -> Iterator[None]:
         for number in before:
             signal.signal(number, ended)
         if until < math.inf:
-            left = until - LEAVING - time.monotonic()
-            signal.setitimer(signal.ITIMER_REAL, max(left, 1e-6))
+            signal.setitimer(signal.ITIMER_REAL, max(until - LEAVING - time.monotonic(), 1e-6))
         yield
     finally:
         inside = False

@@ -236,8 +236,7 @@ def refuse_unknown(node: Node) -> None:
     Others are warned of: one parameter file may be for several nodes. Those that rclpy has
     declared (`use_sim_time`, ...) are the node's own, too.
     """
-    own = _read.get(node, set())
-    known = own | node._parameters.keys()
+    known = _read.get(node, set()) | node._parameters.keys()
     for name in sorted(node._parameter_overrides.keys() - known):
         what = f'{node.get_name()} has no parameter {name!r}'
         if get_close_matches(name, known, cutoff=MISSPELT):

@@ -51,5 +51,4 @@ def robot_node(context: LaunchContext) -> list[Node]:
         if (text := LaunchConfiguration(name).perform(context))
     }
     file = LaunchConfiguration('params_file')
-    node = Node(package='leo_sim', executable='robot', output='screen', parameters=[file, given])
-    return [node]
+    return [Node(package='leo_sim', executable='robot', output='screen', parameters=[file, given])]

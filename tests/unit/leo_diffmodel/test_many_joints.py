@@ -86,8 +86,7 @@ def quick() -> Recording:
         x[0, :count] + s * rng.standard_normal((count, 1))
         for x, s in zip((q, dq), NOISE, strict=True)
     )
-    on = np.ones(inputs.shape, dtype=bool)
-    episode = Episode(0.001 * np.arange(count), *seen, inputs, on)
+    episode = Episode(0.001 * np.arange(count), *seen, inputs, np.ones(inputs.shape, dtype=bool))
     return replace(slow, episodes=(episode,), command_period=0.01)
 
 

@@ -77,8 +77,7 @@ def test_step_is_the_models(model):
 def test_episode_is_twenty_seconds(model):
     env = ModelEnv(model)
     env.reset(seed=0)
-    ends = [env.step(np.zeros(1))[3] for _ in range(400)]
-    assert ends == [False] * 399 + [True]
+    assert [env.step(np.zeros(1))[3] for _ in range(400)] == [False] * 399 + [True]
 
 
 def test_corrected_state_is_the_next_ones_start(model):
@@ -177,8 +176,7 @@ RUBS = place(load_robot('pendulum'), 'viscous_friction', 'pivot', b=1e-4)
     ],
 )
 def test_a_run_goes_on_only_on_the_model_it_was_begun_on(other, said, model, tmp_path):
-    training = Training(ModelEnv(model), RECOMMENDED, seed=0)
-    save_checkpoint(tmp_path, training)
+    save_checkpoint(tmp_path, Training(ModelEnv(model), RECOMMENDED, seed=0))
     load_checkpoint(tmp_path, Training(training_env(model), RECOMMENDED, seed=0))
     with pytest.raises(UserError, match=said):
         load_checkpoint(tmp_path, Training(ModelEnv(model.changed(**other)), RECOMMENDED, seed=0))
@@ -222,8 +220,7 @@ def test_learn_and_play(tmp_path, capsys):
     folder = tmp_path / 'run'
     assert learn_verb.main(['--model', 'pendulum', '--steps', '60', '-o', str(folder)]) == 0
     policy = folder / 'policy.safetensors'
-    last = capsys.readouterr().out.splitlines()[-1]
-    assert last == f'next: leo play {policy} --model pendulum'
+    assert capsys.readouterr().out.splitlines()[-1] == f'next: leo play {policy} --model pendulum'
     assert learn_verb.main(['--resume', str(folder), '--steps', '200', '--json']) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told['steps_done'] == 200 and told['finished'] and told['policy'] == str(policy)

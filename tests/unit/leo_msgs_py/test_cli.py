@@ -222,8 +222,7 @@ def test_a_python_that_a_command_starts_takes_no_module_from_the_folder_of_now(t
 
     def started(_: list[str]) -> int:
         words = [sys.executable, '-c', 'import joblib']
-        done = subprocess.run(words, cwd=tmp_path, capture_output=True, check=True)
-        return len(done.stdout)
+        return len(subprocess.run(words, cwd=tmp_path, capture_output=True, check=True).stdout)
 
     before = dict(os.environ)
     assert cli.executable(started)([]) == 0

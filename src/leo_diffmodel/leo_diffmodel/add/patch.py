@@ -167,8 +167,7 @@ def _constant(model: Model, source: str | Path, path: str, given: dict[str, Any]
     value = float(given['value'])
     if (known := model.robot.constants.get(path)) is not None:
         unit = known.unit if given.get('unit') is None else given['unit']
-        quantity = Quantity(value=value, unit=unit)
-        checked(f'{source}: constants', path, quantity, known.unit)
+        checked(f'{source}: constants', path, Quantity(value=value, unit=unit), known.unit)
     return value
 
 

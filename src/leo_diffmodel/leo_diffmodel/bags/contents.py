@@ -158,8 +158,7 @@ def _opened(path: Path) -> sqlite3.Connection:
         database = sqlite3.connect(':memory:')
         database.deserialize(_shortened(path.read_bytes()))
     else:
-        place = quote(str(path.absolute()))
-        database = sqlite3.connect(f'file:{place}?mode=ro', uri=True)
+        database = sqlite3.connect(f'file:{quote(str(path.absolute()))}?mode=ro', uri=True)
     database.text_factory = lambda text: text.decode(errors='replace')
     return database
 

@@ -210,8 +210,7 @@ class _Inputs:
             return None
         dropped += int(np.sum(~finite))
         on = np.ones_like(values) if enabled is None else enabled
-        found = InputLog(kind, source, log, stamp, values, on, dropped, tuple(notes))
-        return at_rows(found, keep)
+        return at_rows(InputLog(kind, source, log, stamp, values, on, dropped, tuple(notes)), keep)
 
 
 def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:

@@ -53,8 +53,7 @@ def play(
         end = time.monotonic() + ACKNOWLEDGE_SECONDS
         for publisher in publishers:  # until the reliable readers have everything
             if running():
-                left = max(0.0, end - time.monotonic())
-                publisher.wait_for_all_acked(Duration(seconds=left))
+                publisher.wait_for_all_acked(Duration(seconds=max(0.0, end - time.monotonic())))
     return played
 
 

@@ -140,8 +140,7 @@ class Recorder:
         if not _has_stamp(topic, data):
             return True
         sources = self._sources.setdefault((topic.name, joints_text(data)), Sources())
-        present = partial(self.publishers, topic.name)
-        origin = sources.origin(publisher, logged_ns * 1e-9, present)
+        origin = sources.origin(publisher, logged_ns * 1e-9, partial(self.publishers, topic.name))
         if origin is not Origin.OURS:
             self.foreign += origin is Origin.OTHER
             self._troubles[TWO] = time.monotonic()

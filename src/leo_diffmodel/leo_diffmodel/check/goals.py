@@ -141,5 +141,4 @@ def _rows(e: Episode, j: int, a: int) -> tuple[Array, Array]:
     """The goals and angles, newest first, that each angle is predicted from, and it."""
     both = e.inputs[:, a], e.q[:, j]
     goals, angles = (sliding_window_view(x, CHECK.past + 1)[:, ::-1] for x in both)
-    columns = [goals, angles[:, 1:], np.ones((len(goals), 1))]
-    return np.concatenate(columns, axis=1), angles[:, 0]
+    return np.concatenate([goals, angles[:, 1:], np.ones((len(goals), 1))], axis=1), angles[:, 0]

@@ -66,8 +66,7 @@ def traces_of(
     whole, _ = searched(used, (), model, sigma=sigma)
     if not whole.windows.count:
         raise ValueError('no window of this data can be tested')
-    some = roughly(fewer(whole), whole.windows.count)
-    problem = settled_on_ground(some)
+    problem = settled_on_ground(roughly(fewer(whole), whole.windows.count))
     share = problem.windows.count * float(problem.windows.dt[0].sum())
     seconds = sum(e.seconds for r in recordings for e in r.episodes)
     scans = scan_all(problem, model, candidates(model, extra), progress)
@@ -80,8 +79,7 @@ def roughly(problem: Problem, count: int) -> Problem:
     """Some of `count` windows, integrated as coarsely as a scan that names nothing allows."""
     numerics = replace(problem.numerics, rough=CHECK.rough)
     rough = replace(problem, settings=replace(problem.settings, numerics=numerics))
-    found = finely_enough(rough, problem.windows.count / count)
-    return replace(found, settings=problem.settings)
+    return replace(finely_enough(rough, problem.windows.count / count), settings=problem.settings)
 
 
 def fewer(problem: Problem) -> Problem:
@@ -101,8 +99,7 @@ def scan_all(
 ) -> list[Scan]:
     """Scan candidates on top of the model, its uncertain constants refitted first."""
     null = fit(problem, Hypothesis(constants=uncertain(model, problem.trained)))
-    scales = scales_of(model, problem.windows)
-    scanner = scanner_of(problem, null, scales)
+    scanner = scanner_of(problem, null, scales_of(model, problem.windows))
     scans = []
     for candidate in wanted:
         scans.append(scanner.scan(candidate))

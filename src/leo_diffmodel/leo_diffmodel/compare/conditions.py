@@ -105,9 +105,7 @@ def _ranges(
 
 def folded(angle: Array) -> Array:
     """Angles as they are, or within (-pi, pi] where the joint went around [rad]."""
-    if np.ptp(angle) <= math.tau:
-        return angle
-    return (angle + np.pi) % math.tau - np.pi
+    return angle if np.ptp(angle) <= math.tau else (angle + np.pi) % math.tau - np.pi
 
 
 def _direction(windows: Windows, j: int) -> Array:

@@ -52,8 +52,7 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
     noise = per_window(sigma, windows)
     start = windows.measured[:, 0]
     moves, count = _moves(model, start.shape)
-    starts = np.concatenate([start[None], start + moves * noise[:, 0]])
-    y = predict(model, windows, starts)
+    y = predict(model, windows, np.concatenate([start[None], start + moves * noise[:, 0]]))
     floor = ((y[1:] - y[0]) ** 2).sum(axis=0) / count + noise**2
     drift = of_inputs(model, windows)
     if drift is not None:

@@ -37,8 +37,7 @@ class Headline:
     def figures(self, prediction: Prediction) -> Figures:
         """Both figures of each state."""
         error, _ = prediction.ahead(self.seconds)
-        median = np.median(np.abs(error), axis=0).tolist()
-        return {'rmse': root_mean(error**2), 'median': median}
+        return {'rmse': root_mean(error**2), 'median': np.median(np.abs(error), axis=0).tolist()}
 
     def floor(self, prediction: Prediction) -> Figures:
         """Both figures of the errors that a perfect model would make."""

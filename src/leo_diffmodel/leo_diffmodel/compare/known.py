@@ -121,5 +121,4 @@ def _digest(model: Model) -> str:
     effects = [(p.effect.name, p.where, dict(p.parameters)) for p in model.effects]
     parts = [model.robot.urdf, model.constants, effects]
     parts += [model.by_recording] if model.by_recording else []
-    text = json.dumps(parts, sort_keys=True, default=float)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=float).encode()).hexdigest()

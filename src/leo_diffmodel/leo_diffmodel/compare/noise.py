@@ -8,15 +8,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from leo_diffmodel.bags.recording import Recording, Recordings
-from leo_diffmodel.compare.pushes import (
-    flat_and_ramp,
-    nearer,
-    predict,
-    respond,
-    small_torques,
-    tame,
-    whitened,
-)
+from leo_diffmodel.compare import pushes
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.windows import cut, spread_out, Windows
 from leo_sim.model import Model
@@ -65,7 +57,7 @@ def of_inputs(model: Model, windows: Windows) -> Array | None:
     size, rng = robot.input_noise / np.sqrt(samples)[..., None], np.random.default_rng(0)
     draws = size * rng.standard_normal((COMPARE.draws, *size.shape))
     noisy = replace(windows, inputs=windows.inputs + np.concatenate([0.0 * draws[:1], draws]))
-    states = predict(model, noisy, start, near=True)
+    states = pushes.predict(model, noisy, start, near=True)
     square = (states[1:] - states[0]) ** 2
     count = max(len(windows.recordings), int(windows.source.max()) + 1)
     of_each = [windows.source == r for r in range(count)]
@@ -80,13 +72,13 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
         quantile, windows = COMPARE.ground_quiet, spread_out(windows, most)
     finest = _finest(windows)
     windows = spread_out(windows, COMPARE.noise_windows // windows.q.shape[-1])
-    torques = small_torques(model, windows, *flat_and_ramp(windows), _along(windows))
-    predicted, columns = respond(model, windows, windows.measured[:, 0], torques)
+    torques = pushes.small_torques(model, windows, *pushes.flat_and_ramp(windows), _along(windows))
+    predicted, columns = pushes.respond(model, windows, windows.measured[:, 0], torques)
     sigma = _read(windows.measured - predicted, columns, quantile)
     if model.robot.contacts:
-        start = nearer(windows, predicted, columns, sigma[None, None])
-        predicted, columns = respond(model, windows, start, torques)
-        sane = tame(columns)
+        start = pushes.nearer(windows, predicted, columns, sigma[None, None])
+        predicted, columns = pushes.respond(model, windows, start, torques)
+        sane = pushes.tame(columns)
         if sane.any():
             again = _read((windows.measured - predicted)[sane], columns[sane], quantile)
             sigma = np.minimum(again, sigma)
@@ -160,7 +152,7 @@ def _reweighted(residual: Array, columns: Array, sigma: Array, quantile: float) 
     The share `quantile` of the windows has less left than the noise it is rescaled to.
     """
     channels = residual.shape[-1]
-    e, a = whitened(residual, columns, sigma)
+    e, a = pushes.whitened(residual, columns, sigma)
     left, size, _ = np.linalg.svd(a, full_matrices=False)
     basis = left * (size > 1e-7 * size[..., :1])[..., None, :]  # columns that vanish left out
     rest = e - (basis @ (np.swapaxes(basis, -1, -2) @ e[..., None]))[..., 0]

@@ -17,8 +17,6 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.select.sets import holds
 
-Array = np.ndarray
-
 
 @dataclass(frozen=True)
 class Ladder:
@@ -114,13 +112,12 @@ def _above(fits: Smooth, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:
     """A law and one effect more: from where a scan points, and from the values of `rich`."""
     below, candidate = point
     begun, problem = added(fits, below, candidate, lambda *_: None).fit, below.problem
-    theta = _values(begun, rich)
-    begins = (begun.theta, below.fit.start), (theta, rich.start)
+    begins = (begun.theta, below.fit.start), (_values(begun, rich), rich.start)
     ends = [fit(problem, begun.hypothesis, *b, thorough=True) for b in begins]
     return min(ends, key=lambda f: float(f.loss[problem.train].sum()))
 
 
-def _values(begun: Fit, rich: Fit) -> Array:
+def _values(begun: Fit, rich: Fit) -> np.ndarray:
     """The values of another fit where it has them: of an effect, or of one that shares a term."""
     known, whole = rich.hypothesis, begun.hypothesis
     values = {

@@ -9,17 +9,8 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.sizes import inertia_scale
+from leo_diffmodel.datasheet import settings
 from leo_diffmodel.datasheet.ladder import added, better, climb, Ladder
-from leo_diffmodel.datasheet.settings import (
-    COMMON,
-    FIGURES,
-    FINER,
-    FRICTION,
-    MOST_FINER,
-    STEP_ERROR,
-    THE_SAME,
-    TIMES,
-)
 from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate, Progress
@@ -42,7 +33,6 @@ from leo_sim.description.robot import Constant, Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
-Array = np.ndarray
 RECORD = 'record the motion that leo datasheet --motion writes'
 
 
@@ -83,12 +73,12 @@ def measure(
     able = (c for c in seen(model, data, extra) if is_of_motor(c, joint, model.robot))
     pool = [limited(c, model, posed.problem.grids) for c in able]
     rich = _rich(fits, pool, reporter)
-    friction = {c.effect.name: c for c in pool if c.effect.name in FRICTION}
+    friction = {c.effect.name: c for c in pool if c.effect.name in settings.FRICTION}
     after, own = posed.problem.numerics.starting, any(e.source for e in extra)
     with trials.by_processes(climb, after, not own):
         ladder = climb(fits, rich, friction, reporter)
         _, best = ladder.chosen
-        rest = [c for c in pool if c.effect.name not in FRICTION and c not in best.names]
+        rest = [c for c in pool if c.effect.name not in settings.FRICTION and c not in best.names]
         alone = ladder.alone(fits, rest, reporter)
     held = HeldOut.of(data, posed, best.fit, model)
     final = last_fit(posed.problem, best.fit)
@@ -106,14 +96,14 @@ def opened(model: Model, joint: str) -> Model:
         raise UserError(
             f'{robot.name} has no motor at {joint!r}{hint}; motors: {", ".join(names)}'
         )
-    paths = (f'actuators.{joint}.{figure}' for figure in FIGURES)
+    paths = (f'actuators.{joint}.{figure}' for figure in settings.FIGURES)
     known = [robot.constants[path] for path in paths if path in robot.constants]
     changed = {c.path: _open(c, robot) for c in known if c.uncertain is None}
     return model.changed(robot=robot.with_constants(changed))
 
 
 def _open(constant: Constant, robot: Robot) -> Constant:
-    low, high = constant.value / TIMES, constant.value * TIMES
+    low, high = constant.value / settings.TIMES, constant.value * settings.TIMES
     if constant.path.endswith('rotor_inertia'):  # 0 in a file that does not say
         low, high = 0.0, max(high, inertia_scale(robot))
     return replace(constant, uncertain=(low, high))
@@ -122,7 +112,7 @@ def _open(constant: Constant, robot: Robot) -> Constant:
 def is_of_motor(candidate: Candidate, joint: str, robot: Robot) -> bool:
     """Whether an effect is of the motor, gear or sensor at a joint, and no open constant."""
     effect = candidate.effect
-    same = THE_SAME if robot.has_motor_law else THE_SAME[-1:]
+    same = settings.THE_SAME if robot.has_motor_law else settings.THE_SAME[-1:]
     here = candidate.where == joint or (candidate.where == 'all' and effect.late)
     return here and effect.hook not in ('body', 'ground') and effect.name not in same
 
@@ -150,11 +140,11 @@ def _rich(fits: Smooth, pool: Sequence[Candidate], reporter: Progress) -> Estima
     """Friction of every common kind, and each other effect that surely predicts better then."""
     problem, named = fits.posed.problem, {c.effect.name: c for c in pool}
     at = fits.first(Hypothesis(constants=uncertain(problem.base, problem.trained)))
-    for name in COMMON:
+    for name in settings.COMMON:
         at = added(fits, at, named[name], reporter) if name in named else at
     at = fits.finished(at, [at.fit.hypothesis.neutral], reporter)
     reporter('friction of any kind')
-    rest = [c for c in pool if c.effect.name not in FRICTION]
+    rest = [c for c in pool if c.effect.name not in settings.FRICTION]
     while wider := better(fits, at, rest, reporter):
         at = wider
         rest = [c for c in rest if c not in at.names]
@@ -169,16 +159,16 @@ def last_fit(problem: Problem, fitted: Fit) -> Fit:
     quarter of a step leaves a quarter of that, a third of what the change moved a value
     (Richardson 1911). It goes into the value, and as much into its error.
     """
-    for power in range(1, MOST_FINER + 1):
-        before, fitted = fitted, _stepped(problem, fitted, FINER**power)
-        left = (fitted.theta - before.theta) * FINER / (1.0 - FINER)
-        if (np.abs(left) <= STEP_ERROR * fitted.standard_errors).all():
+    for power in range(1, settings.MOST_FINER + 1):
+        before, fitted = fitted, _stepped(problem, fitted, settings.FINER**power)
+        left = (fitted.theta - before.theta) * settings.FINER / (1.0 - settings.FINER)
+        if (np.abs(left) <= settings.STEP_ERROR * fitted.standard_errors).all():
             break
     theta = fitted.hypothesis.bounded(fitted.theta + left)
     return replace(fitted, theta=theta, covariance=_wider(problem, fitted) + np.outer(left, left))
 
 
-def _wider(problem: Problem, fitted: Fit) -> Array:
+def _wider(problem: Problem, fitted: Fit) -> np.ndarray:
     """Covariance with the larger of the variances that blocks and residual give, (P, P)."""
     train, channels = problem.train, fitted.start.shape[-1]
     residual = fitted.residual[train]

@@ -95,8 +95,7 @@ def _steps(episode: Episode, period: float) -> Iterator[tuple[Array, ...]]:
 
 
 def _held(episode: Episode, stride: int) -> Array:
-    steps = len(episode.t) - stride
-    held = np.ones(max(steps, 0), bool)
+    held = np.ones(max(len(episode.t) - stride, 0), bool)
     for shift in range(stride):
         now = slice(shift, shift + len(held))
         held &= np.all(episode.enabled[now], axis=1)

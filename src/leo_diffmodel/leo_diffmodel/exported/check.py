@@ -23,7 +23,6 @@ from leo_sim.references import load_mujoco
 
 STAGES = 3
 OURS, REDUCED, EXPORTED = 'ours', 'reduced', 'exported'
-Array = np.ndarray
 
 
 def check(
@@ -95,7 +94,7 @@ def _finite(error: float) -> float | None:
     return error if math.isfinite(error) else None
 
 
-def _in_mujoco(played: Any, windows: Windows) -> Array:
+def _in_mujoco(played: Any, windows: Windows) -> np.ndarray:
     """What the file does in each window, (W, K + 1, 2 J)."""
     from leo_sim.references.mujoco import Steps
 

@@ -96,8 +96,7 @@ def _columns(flow: Flow, j: int) -> dict[str, Array]:
     turned[:, j] += 0.5 * np.pi
     slides = model.robot.joint_names[j] in model.robot.slides
     across = np.zeros_like(load) if slides else model.rigid.load(turned)[:, j]
-    constant = np.ones_like(load)
-    return {'weight': load, 'across': across, **losses(flow, j), 'constant': constant}
+    return {'weight': load, 'across': across, **losses(flow, j), 'constant': np.ones_like(load)}
 
 
 def _motor(flow: Flow, motor: Array, late: float) -> dict[str, Array]:

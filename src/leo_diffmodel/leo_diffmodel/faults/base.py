@@ -5,9 +5,6 @@ from collections.abc import Mapping, Sequence
 import math
 from typing import Any, ClassVar
 
-import numpy as np
-
-Array = np.ndarray
 Patch = Mapping[str, Any]
 """Keys of one joint in a topic map, or of the map itself, that undo a fault."""
 

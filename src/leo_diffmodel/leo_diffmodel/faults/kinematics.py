@@ -61,8 +61,7 @@ def relate(recording: Recording, j: int) -> Relation | None:
     motion = Motion(parts)
     if not all(motion.signals > LIMITS.signal):
         return None
-    full = motion.tuned(coarse(parts, motion.period))
-    law, kind, sure = _simplest(motion, full)
+    law, kind, sure = _simplest(motion, motion.tuned(coarse(parts, motion.period)))
     scale, sd = law.of('scale')
     away = max(abs(scale), 1 / max(abs(scale), 1e-300)) >= LIMITS.largest_scale
     late = np.abs(law.theta[1:3]).max() >= LIMITS.reach

@@ -17,8 +17,6 @@ from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.model.state import State
 
-Array = np.ndarray
-
 
 @dataclass(frozen=True)
 class Travel:
@@ -50,7 +48,7 @@ class DryRun:
 
 
 def dry_run(
-    run: Run, model: Model, measured: State | None = None, goals: Array | None = None
+    run: Run, model: Model, measured: State | None = None, goals: np.ndarray | None = None
 ) -> DryRun:
     """Predict a run, from a measured state or else from where it begins.
 

@@ -111,8 +111,7 @@ def propose(
         return Proposal('nothing', (), (), (), model.robot.name)
     runs, unsafe = tamed(runs, of_explanation(answer, model), before)
     tracks = simulate(runs, model, period)
-    sigma = noise.estimate(model, short).max(axis=0)
-    nats = shown(model, tracks, period, sigma, blind, extra)
+    nats = shown(model, tracks, period, noise.estimate(model, short).max(axis=0), blind, extra)
     return _ranked('show', blind, nats, runs, unsafe, model)
 
 

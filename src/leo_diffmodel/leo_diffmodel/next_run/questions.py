@@ -156,8 +156,7 @@ def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> 
     found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)
     for candidate in candidates:
-        scanner = scanner_of(posed.problem, found, scales)
-        theta = scanner.scan(candidate).theta
+        theta = scanner_of(posed.problem, found, scales).scan(candidate).theta
         hypothesis = found.hypothesis.with_candidate(candidate)
         if problem.on_ground:
             at = replace(found, hypothesis=hypothesis, theta=hypothesis.bounded(theta))

@@ -94,8 +94,7 @@ class Seen:
 def rest_goals(robot: Robot, pose: str = 'nominal') -> Array:
     """The goals at which a robot of servos stays in a start pose, (A,)."""
     angles = robot.start_poses[pose].angles
-    at = [np.mean(angles.get(a.joint, 0.0)) for a in robot.actuators]
-    return np.clip(at, *robot.bounds)
+    return np.clip([np.mean(angles.get(a.joint, 0.0)) for a in robot.actuators], *robot.bounds)
 
 
 def seen(recordings: Recordings, period: float) -> Seen:

@@ -148,11 +148,9 @@ def write_run(path: Path, run: Run, robot: Robot) -> Path:
     ]
     # a servo stays at its last goal; a motor ends at 0
     end = run.inputs[-1:] if robot.input == 'position' else np.zeros_like(run.inputs[-1:])
-    ends = np.vstack([run.inputs, end])
-    for k, row in enumerate(ends):
+    for k, row in enumerate(np.vstack([run.inputs, end])):
         on = 'on' if k == run.count or run.enabled[k] else 'off'
-        time = f'{k * robot.control_period:.6g}'
-        lines.append(','.join([time, *(f'{u:.6g}' for u in row), on]))
+        lines.append(','.join([f'{k * robot.control_period:.6g}', *(f'{u:.6g}' for u in row), on]))
     return write_whole(path, '\n'.join(lines) + '\n')
 
 

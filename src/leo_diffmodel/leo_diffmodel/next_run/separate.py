@@ -28,8 +28,7 @@ def windows_of(
     runs: Recordings, period: float, grids: Grids, most: int = NEXT.most_windows
 ) -> tuple[Windows, Array]:
     """Short windows of every run (`source`), and how many each of them stands for, (W,)."""
-    seconds = window_seconds(grids, period)
-    windows = cut(runs, seconds, history=noise.HISTORY)
+    windows = cut(runs, window_seconds(grids, period), history=noise.HISTORY)
     kept, weight = [], []
     for run in np.unique(windows.source):
         own = np.flatnonzero(windows.source == run)
@@ -50,8 +49,7 @@ def separable(base: Model, runs: Recordings, period: float, sigma: Array, other:
     noises = np.tile(sigma, (len(runs), 1))
     at = other.hypothesis, other.theta, windows.measured[:, 0]
     problem = Problem(base, windows, noises, np.ones(windows.count, bool), settings)
-    linear = problem.linearised(*at)
-    rest, by_theta, _, _ = shooting.eliminate(linear)
+    rest, by_theta, _, _ = shooting.eliminate(problem.linearised(*at))
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
     most = settings.gates.window_nats
     each = [windows.source == run for run in range(len(runs))]

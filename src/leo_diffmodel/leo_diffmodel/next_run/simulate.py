@@ -16,8 +16,6 @@ from leo_sim.model.batch import rollout
 from leo_sim.model.state import State
 from leo_sim.task.motions import MOTIONS, Routine
 
-Array = np.ndarray
-
 
 def simulate(runs: Runs, model: Model, period: float) -> list[Recording]:
     """Every run as the model predicts it, states every `period` s."""
@@ -49,8 +47,7 @@ def from_states(
     runs: Sequence[Run], model: Model, period: float, starts: Sequence[State], held: bool
 ) -> list[Recording]:
     """Runs of one length as the model predicts them from states, one a run, all `held` or none."""
-    robot = model.robot
-    repeat, dt = _steps(robot, period)
+    repeat, dt = _steps(model.robot, period)
     inputs = np.stack([np.repeat(r.inputs, repeat, axis=0) for r in runs])
     on = np.stack([np.repeat(r.enabled, repeat) for r in runs])
     enabled = np.broadcast_to(on[..., None], inputs.shape)

@@ -146,8 +146,7 @@ class GraphRecorder:
         found = [(topic, m) for topic, waiting in self._subscriptions for m in taken(waiting)]
         self._times.end()
         logged = [self._times.logged(m.received_ns or m.published_ns) for _, m in found]
-        both = sorted(zip(logged, found, strict=True), key=itemgetter(0))
-        for logged_ns, (topic, m) in both:
+        for logged_ns, (topic, m) in sorted(zip(logged, found, strict=True), key=itemgetter(0)):
             self._recorder.record(topic, m.data, m.published_ns, logged_ns, m.number, m.publisher)
 
     def _publishers(self, topic: str) -> set[bytes]:

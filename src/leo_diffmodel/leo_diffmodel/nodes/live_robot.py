@@ -51,8 +51,7 @@ class LiveRobot:
 
     def _ask(self, client: Any) -> None:
         """Call a service without waiting for it, even where none has answered so far."""
-        name = client.service_name
-        self.asked = '' if client.service_is_ready() else UNHEARD.format(name)
+        self.asked = '' if client.service_is_ready() else UNHEARD.format(client.service_name)
         client.call_async(topics.E_STOP.type.Request()).add_done_callback(self._answered)
 
     def _answered(self, future: Any) -> None:

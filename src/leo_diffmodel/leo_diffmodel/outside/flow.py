@@ -67,8 +67,7 @@ def flow(recording: Recording, model: Model) -> Flow | None:
     if not parts:
         return None
     whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    motion = Motion(model, whole['q'], whole['dq'], whole['ddq'])
-    return Flow(**whole, bell=bell, motion=motion)
+    return Flow(**whole, bell=bell, motion=Motion(model, whole['q'], whole['dq'], whole['ddq']))
 
 
 def rotors(model: Model) -> Array:
@@ -81,8 +80,7 @@ def still_rates(recording: Recording) -> Array:
     """Rate below which a joint may stand, shape (J,): three times the noise of the rate."""
     rates = [e.dq for e in recording.episodes]
     fast = np.quantile(np.abs(np.concatenate(rates)), 0.95, axis=0)
-    joints = range(len(recording.joints))
-    rough = np.array([noise([dq[:, j] for dq in rates]) for j in joints])
+    rough = np.array([noise([dq[:, j] for dq in rates]) for j in range(len(recording.joints))])
     moving = np.maximum(OUTSIDE.still_sigmas * rough, OUTSIDE.still_share * fast)
     return np.asarray(np.maximum(moving, OUTSIDE.least_still))
 

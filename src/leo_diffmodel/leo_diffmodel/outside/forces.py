@@ -28,8 +28,7 @@ HELD = 'all joints: stand before the first input where the model would move; hel
 
 def stretch(kind: str, why: str, begin: float, end: float) -> Finding:
     """A stretch [s] in which something else than its motors moves or holds the robot."""
-    severity = ERROR if kind == 'hand' else WARNING
-    return Finding(kind, severity, why, TODO[kind], ((begin, end),))
+    return Finding(kind, ERROR if kind == 'hand' else WARNING, why, TODO[kind], ((begin, end),))
 
 
 def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Finding]:

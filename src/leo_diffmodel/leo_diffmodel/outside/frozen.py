@@ -37,8 +37,7 @@ def frozen(recording: Recording) -> list[Frozen]:
                     for e, a, b in found
                     if (getattr(e, name)[a, j] in ends) == at_end
                 ]
-                spans = merged(same, OUTSIDE.frozen_adjacent)
-                out.append(Frozen(joint, sensor, at_end, spans))
+                out.append(Frozen(joint, sensor, at_end, merged(same, OUTSIDE.frozen_adjacent)))
     return [f for f in out if f.spans]
 
 

@@ -58,8 +58,7 @@ def follows(flow: Flow, j: int) -> bool:
     """
     moving = flow.moving[:, j] > 0.5
     q, motor = flow.q[moving, j], flow.motor[moving, j]
-    place = [np.ones_like(q), q, np.sin(q), np.cos(q), flow.load[moving, j]]
-    columns = np.stack(place, axis=1)
+    columns = np.stack([np.ones_like(q), q, np.sin(q), np.cos(q), flow.load[moving, j]], axis=1)
     own = motor - columns @ np.linalg.lstsq(columns, motor, rcond=1e-9)[0]
     return bool(np.square(own).sum() <= OUTSIDE.own_will**2 * np.square(motor).sum())
 

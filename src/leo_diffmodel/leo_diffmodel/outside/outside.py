@@ -140,8 +140,7 @@ def _led(seen: Flow, laws: list[Law], rest: Array, j: int, fitted: Array) -> boo
         return False
     if follows(seen, j):
         return True
-    waves = strongest_wave(seen.time, rest, fitted)
-    waving = explained(seen, j, fitted, [*laws, *waves])
+    waving = explained(seen, j, fitted, [*laws, *strongest_wave(seen.time, rest, fitted)])
     return _lasting(waving.rest, fitted) > OUTSIDE.one_wave * size
 
 

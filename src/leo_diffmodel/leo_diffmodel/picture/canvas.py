@@ -34,8 +34,7 @@ class Canvas:
             self.line(np.concatenate([corners, corners[:1]]), edge, 1)
 
     def box(self, left: float, top: float, right: float, bottom: float, colour: str) -> None:
-        corners = [[left, top], [right, top], [right, bottom], [left, bottom]]
-        self.area(np.array(corners), colour)
+        self.area(np.array([[left, top], [right, top], [right, bottom], [left, bottom]]), colour)
 
     def disc(
         self, centre: np.ndarray, radius: float, colour: str, edge: str = '', width: float = 0

@@ -82,8 +82,7 @@ def take(
         )
     start = float(chosen.t[0]) if at is None else at
     end = float(chosen.t[-1]) if seconds is None else min(start + seconds, float(chosen.t[-1]))
-    number = episodes.index(chosen) + 1
-    title = f'{robot.name}  ·  {recording.path.name}, episode {number}'
+    title = f'{robot.name}  ·  {recording.path.name}, episode {episodes.index(chosen) + 1}'
     return Take(title, Stick(robot), chosen, start, end)
 
 

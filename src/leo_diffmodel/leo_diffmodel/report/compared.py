@@ -24,5 +24,4 @@ def comparison_page(
         horizon.plain(data),
         origin.section(data['provenance'], recordings, data['seconds']),
     ]
-    title = f'{robot.name}: model against data'
-    return render(title, source(recordings), sections, watch)
+    return render(f'{robot.name}: model against data', source(recordings), sections, watch)

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `leo explain`."""
 
-from collections.abc import Sequence
 import math
 from pathlib import Path
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
 from leo_diffmodel.compare.headline import Headline
 from leo_diffmodel.compare.pushes import predict
@@ -38,15 +37,10 @@ from leo_sim.model import Model
 
 MOST_WINDOWS = 100
 MOST_CURVES = 4
-Array = np.ndarray
 
 
 def write_explanation(
-    folder: Path,
-    result: Explanation,
-    recordings: Sequence[Recording],
-    watch: str,
-    until: float = math.inf,
+    folder: Path, result: Explanation, recordings: Recordings, watch: str, until: float = math.inf
 ) -> None:
     """Write explain.json and report.html, or neither; made by then [s of `time.monotonic`]."""
     with ending(until):
@@ -55,9 +49,7 @@ def write_explanation(
     write_together({folder / 'explain.json': answer, folder / 'report.html': page})
 
 
-def explanation_page(
-    explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
-) -> str:
+def explanation_page(explanation: Explanation, recordings: Recordings, watch: str = '') -> str:
     """The report of `leo explain`; without a search (untestable, moved) it has no figures.
 
     The recordings include held-out bags; `watch` opens the live page on the same data.
@@ -107,7 +99,7 @@ def _evidence(explanation: Explanation) -> list[Section]:
 
 
 def _training_errors(
-    recordings: Sequence[Recording], found: Search, seconds: float, step: float
+    recordings: Recordings, found: Search, seconds: float, step: float
 ) -> list[dict]:
     """Rows {steps, before, after} of rms errors on training data up to a horizon [s].
 
@@ -133,8 +125,8 @@ def _training_errors(
 
 
 def trace(
-    recordings: Sequence[Recording], found: Search
-) -> tuple[Model, MissingTorque, dict[str, Array]]:
+    recordings: Recordings, found: Search
+) -> tuple[Model, MissingTorque, dict[str, np.ndarray]]:
     """The torque that the model lacks, and how each leading hypothesis says it should look.
 
     A hypothesis' curve is the same estimator applied to the same windows, with the measured

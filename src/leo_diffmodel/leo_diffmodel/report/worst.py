@@ -46,8 +46,7 @@ def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
     """The four worst windows of the first model, of windows that all predict; none overlap."""
     first = predictions[0]
     joints = first.windows.q.shape[-1]
-    count = _samples(first)
-    excess = ((first.error**2) / first.floor)[:, :count, :joints].mean(axis=1)
+    excess = ((first.error**2) / first.floor)[:, : _samples(first), :joints].mean(axis=1)
     return [
         _stretch(predictions, int(w), int(np.argmax(excess[w])))
         for w in _apart(first, np.argsort(-excess.max(axis=1)))

@@ -29,8 +29,7 @@ def main(argv: list[str]) -> int:
     if bool(arguments.source) == bool(arguments.words):
         raise UserError('give either --from explain.json, or EFFECT[:WHERE] PARAM=VALUE …')
     if arguments.source:
-        sibling = arguments.robot is not None
-        model, entries = from_explanation(model, arguments.source, sibling)
+        model, entries = from_explanation(model, arguments.source, arguments.robot is not None)
     else:
         model, entries = from_words(model, arguments.words)
     save_model(arguments.output, model, [*model.history, *entries])

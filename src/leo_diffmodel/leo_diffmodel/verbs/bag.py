@@ -96,8 +96,7 @@ def _play(argv: list[str]) -> int:
 
 def _info(argv: list[str]) -> int:
     about = 'Topics, rates, episodes and gaps of a bag; finishes one cut short.'
-    parser = _of_a_bag('info', about)
-    options = parser.parse_args(argv)
+    options = _of_a_bag('info', about).parse_args(argv)
 
     from leo_diffmodel.bags.info import bag_info, show
     from leo_msgs_py.console import Terminal

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import argparse
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import groupby
@@ -76,7 +76,7 @@ def _parser() -> Parser:
     return arguments
 
 
-def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
+def _bags(arguments: Namespace, model: Model) -> list[Bag]:
     from leo_diffmodel.bags.episode import by_rate, distinct
     from leo_diffmodel.bags.recording import read_both_ways
     from leo_diffmodel.bags.topic_map import read_topic_map
@@ -92,15 +92,13 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
     return [Bag(r, others.get(r.path), as_read.hold) for r in by_rate(recordings)]
 
 
-def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:
+def _spanned(arguments: Namespace, recording: Recording | None) -> Recording | None:
     with suppress(UserError):
         return recording and common.span(arguments, [recording])[0]
     return None
 
 
-def _point_on(
-    arguments: argparse.Namespace, folder: Path | None, result: Check, model: Model
-) -> None:
+def _point_on(arguments: Namespace, folder: Path | None, result: Check, model: Model) -> None:
     if folder:
         print(f'wrote {folder}/check.json')
     if any(f.severity == 'error' for f in result.findings):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import argparse
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
 import math
 import os
@@ -36,8 +36,7 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
 def add_model_arguments(arguments: Parser, several: bool = False) -> None:
     """Model, topic map, own effects, JSON; with `several` models, `arguments.model` is a list."""
     about = f'a model file, a robot name or a robot folder{"; again for each model" * several}'
-    action = 'append' if several else 'store'
-    arguments.add('--model', about, required=True, action=action)
+    arguments.add('--model', about, required=True, action='append' if several else 'store')
     arguments.add('--topic-map MAP.yaml', 'other topic and joint names')
     add_effect_argument(arguments)
 
@@ -70,7 +69,7 @@ def add_search_arguments(arguments: Parser) -> None:
 def jobs(text: str) -> int:
     """A number of cores."""
     if not (text.isdigit() and int(text)):
-        raise argparse.ArgumentTypeError(f'{text!r} is no number of cores; give 1 or more')
+        raise ArgumentTypeError(f'{text!r} is no number of cores; give 1 or more')
     return int(text)
 
 
@@ -85,7 +84,7 @@ def seconds(text: str) -> float:
     except ValueError:
         value = math.nan
     if not value > 0:
-        raise argparse.ArgumentTypeError(f'{text!r} is no time; write 60s or 2min')
+        raise ArgumentTypeError(f'{text!r} is no time; write 60s or 2min')
     return value
 
 
@@ -94,7 +93,7 @@ def until(text: str) -> float:
     return BEGAN.get(time.monotonic()) + seconds(text)
 
 
-def left(arguments: argparse.Namespace) -> float:
+def left(arguments: Namespace) -> float:
     """What is left of the time for an answer [s]."""
     return arguments.until - time.monotonic()
 
@@ -142,7 +141,7 @@ def print_warnings(recordings: Sequence[Recording]) -> None:
 
 
 def read_all(
-    arguments: argparse.Namespace, model: Model, whole: bool = False
+    arguments: Namespace, model: Model, whole: bool = False
 ) -> tuple[list[Recording], list[Recording]]:
     """The bags to learn from and those held out, by their rates unless each is wanted `whole`."""
     from leo_diffmodel.bags.episode import by_rate, distinct
@@ -154,7 +153,7 @@ def read_all(
     return (recordings, held) if whole else (by_rate(recordings), by_rate(held))
 
 
-def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list[Recording]:
+def span(arguments: Namespace, recordings: Sequence[Recording]) -> list[Recording]:
     from leo_diffmodel.bags.episode import between
 
     begin, end = arguments.begin, arguments.end
@@ -166,7 +165,7 @@ def is_driven(model: Model) -> bool:
     return any(actuator.strongest > 0 for actuator in model.robot.actuators)
 
 
-def own_effects(arguments: argparse.Namespace) -> list[Effect]:
+def own_effects(arguments: Namespace) -> list[Effect]:
     """The effects of other packages, and the files given on the command line."""
     from leo_sim.effects import get_effect, registered_effects
 
@@ -191,33 +190,31 @@ def nats(evidence: float) -> str:
     return 'over 1000' if evidence > 1000 else f'{evidence:.1f}'
 
 
-def model_words(arguments: argparse.Namespace) -> list[str]:
+def model_words(arguments: Namespace) -> list[str]:
     """The model, topic map and effects of a command line, to type them again."""
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
     return ['--model', arguments.model, *mapped, *words(arguments.effect)]
 
 
-def same_bags(verb: str, arguments: argparse.Namespace, *more: object) -> str:
+def same_bags(verb: str, arguments: Namespace, *more: object) -> str:
     """Another verb on the bags and model of a command line, to type it with more options."""
     named = {'--from': arguments.begin, '--to': arguments.end}
     part = [w for option, at in named.items() if at is not None for w in (option, f'{at:g}')]
     return leo(verb, *arguments.bags, *model_words(arguments), *part, *more)
 
 
-def watch(arguments: argparse.Namespace) -> str:
+def watch(arguments: Namespace) -> str:
     """`leo watch` on the bags, held-out ones too, and the model of a command line, to type it."""
     held = ['--hold-out', *arguments.hold_out] if arguments.hold_out else []
     step = ['--step', f'{arguments.step:g}'] if arguments.step else []
     return same_bags('watch', arguments, *held, *step)
 
 
-def point_on_watch(arguments: argparse.Namespace) -> None:
+def point_on_watch(arguments: Namespace) -> None:
     print(f'or see it on a live page: {watch(arguments)}')
 
 
-def next_command(
-    arguments: argparse.Namespace, folder: Path | None, answer: Explanation
-) -> str | None:
+def next_command(arguments: Namespace, folder: Path | None, answer: Explanation) -> str | None:
     """`leo next` for what an answer leaves open, to type it; None where nothing can be driven."""
     driven = is_driven(answer.model)
     if any(f['sure'] for f in answer.log_faults) and answer.search is None:

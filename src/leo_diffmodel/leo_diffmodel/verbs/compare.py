@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +15,7 @@ from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import json_text, write_together, write_whole
 
 if TYPE_CHECKING:
-    from leo_diffmodel.bags.episode import Recording
+    from leo_diffmodel.bags.episode import Recordings
     from leo_diffmodel.compare.comparison import Comparison
     from leo_sim.model import Model
 
@@ -64,13 +63,12 @@ def _parser() -> Parser:
 
 
 def _write(
-    folder: Path, result: Comparison, recordings: Sequence[Recording], model: Model, watch: str
+    folder: Path, result: Comparison, recordings: Recordings, model: Model, watch: str
 ) -> None:
     from leo_diffmodel.report.compared import comparison_page
 
     page = comparison_page(result, recordings, model, watch)
-    answer = json_text(result.data)
-    write_together({folder / 'compare.json': answer, folder / 'report.html': page})
+    write_together({folder / 'compare.json': json_text(result.data), folder / 'report.html': page})
 
 
 def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:

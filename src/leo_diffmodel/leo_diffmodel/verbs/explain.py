@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import argparse
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +21,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.consent import effect_words, words
 
 if TYPE_CHECKING:
-    from leo_diffmodel.bags.episode import Recording
+    from leo_diffmodel.bags.episode import Recordings
     from leo_diffmodel.explain.decide import Rule
     from leo_diffmodel.explain.explanation import Explanation
     from leo_diffmodel.verbs.best import Best
@@ -70,7 +70,7 @@ def main(argv: list[str]) -> int:
 
 
 def _finished(
-    arguments: argparse.Namespace, best: Best, recordings: Sequence[Recording], target: Path | None
+    arguments: Namespace, best: Best, recordings: Recordings, target: Path | None
 ) -> int:
     """Print an answer and write it."""
     from leo_diffmodel.report.explained import write_explanation
@@ -85,8 +85,7 @@ def _finished(
         best.answer = result
         best.tell(arguments)
     if folder:
-        watch = common.watch(arguments)
-        write_explanation(folder, result, recordings, watch, arguments.until)
+        write_explanation(folder, result, recordings, common.watch(arguments), arguments.until)
     if not arguments.json:
         if arguments.why:
             _show_rules(result.rules)
@@ -96,11 +95,7 @@ def _finished(
 
 
 def _explained(
-    arguments: argparse.Namespace,
-    model: Model,
-    recordings: Sequence[Recording],
-    best: Best,
-    held: Sequence[Recording],
+    arguments: Namespace, model: Model, recordings: Recordings, best: Best, held: Recordings
 ) -> Explanation:
     from leo_diffmodel.explain.explanation import explain
     from leo_sim.common.cores import using
@@ -112,7 +107,7 @@ def _explained(
         return explain(recordings, model, held, own, heard, arguments.step, **chosen)
 
 
-def _each(arguments: argparse.Namespace, folder: Path | None) -> int:
+def _each(arguments: Namespace, folder: Path | None) -> int:
     """Every bag by itself; exit status 2 where one could not be explained."""
     from leo_diffmodel.verbs.explain_each import explain_each
 
@@ -128,7 +123,7 @@ def _each(arguments: argparse.Namespace, folder: Path | None) -> int:
 
 
 def _edited(
-    arguments: argparse.Namespace, given: Model, result: Explanation, bags: Sequence[Recording]
+    arguments: Namespace, given: Model, result: Explanation, bags: Recordings
 ) -> Explanation:
     """The answer with the edit test, where there are bags for it and something was named."""
     if not bags:
@@ -193,9 +188,7 @@ def _written(target: Path, result: Explanation) -> Explanation:
     return replace(result, unknown=replace(result.unknown, source=str(target.resolve())))
 
 
-def _point_on_effect(
-    arguments: argparse.Namespace, target: Path | None, result: Explanation
-) -> None:
+def _point_on_effect(arguments: Namespace, target: Path | None, result: Explanation) -> None:
     if target is None:
         return
     if result.unknown is None:
@@ -211,7 +204,7 @@ def _point_on_effect(
     print(f'next: {command}')
 
 
-def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explanation) -> None:
+def _point_on(arguments: Namespace, folder: Path | None, result: Explanation) -> None:
     untested = result.verdict == 'fine' and result.not_testable
     commands = [result.next_command] if result.next_command else []
     if folder:
@@ -226,7 +219,7 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
         common.point_on_watch(arguments)
 
 
-def _add_words(arguments: argparse.Namespace, folder: Path, result: Explanation) -> str:
+def _add_words(arguments: Namespace, folder: Path, result: Explanation) -> str:
     """`leo add` of what was found, with consent to each Python file that it needs."""
     source = result.unknown.source if result.unknown else ''
     own = [*effect_words(result.model.effects), *words([source] if source else [])]

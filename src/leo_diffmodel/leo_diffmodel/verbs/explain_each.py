@@ -116,13 +116,11 @@ def explain_each(arguments: argparse.Namespace, folder: Path | None) -> list[Ans
     common.named_model(arguments.model)
     names, jobs = unique_names(arguments.bags), arguments.jobs or cores()
     at_once = len(names) if arguments.scheduler else min(jobs, len(names))
-    until = time.time() + common.left(arguments)
-    ask = Asked(arguments, folder, until, len(names), at_once)
+    ask = Asked(arguments, folder, time.time() + common.left(arguments), len(names), at_once)
     tasks = [*zip(range(len(names)), names, arguments.bags, strict=True)]
     answers: list[Answer] = []
     try:
-        shown = progress('explaining', len(names), common.left(arguments))
-        with ending(), shown as reporter:
+        with ending(), progress('explaining', len(names), common.left(arguments)) as reporter:
             for answer in Workers(jobs, arguments.scheduler).each(ask, tasks):
                 answers.append(answer)
                 reporter(answer.name)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import argparse
+from argparse import Namespace
 import json
 from pathlib import Path
 import shlex
@@ -88,7 +88,7 @@ def _parser() -> Parser:
     return parser
 
 
-def _chosen(options: argparse.Namespace) -> tuple[Format, Path]:
+def _chosen(options: Namespace) -> tuple[Format, Path]:
     """The format and the file; UserError: neither says which, or they differ."""
     output: Path | None = options.output
     endings = ', '.join(f'{ending} ({name})' for ending, name in ENDINGS.items())
@@ -106,9 +106,7 @@ def _chosen(options: argparse.Namespace) -> tuple[Format, Path]:
     return FORMATS[by_name], output
 
 
-def _checked(
-    options: argparse.Namespace, model: Model, made: Export, format_: Format
-) -> dict[str, Any]:
+def _checked(options: Namespace, model: Model, made: Export, format_: Format) -> dict[str, Any]:
     from leo_diffmodel.exported.check import check, needs_mujoco, STAGES
 
     text = next(iter(made.texts.values())) if format_.name == 'MJCF' else None

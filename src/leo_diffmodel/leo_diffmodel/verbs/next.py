@@ -58,8 +58,7 @@ def main(argv: list[str]) -> int:
     predicted = predict_words(arguments.model, model)
     play = shlex.join(['play', str(file), *predicted]) if file else motion
     if arguments.json:
-        chosen = {'file': str(file) if file else None, 'play': play}
-        print(json.dumps(found.to_json() | chosen))
+        print(json.dumps(found.to_json() | {'file': str(file) if file else None, 'play': play}))
     else:
         _show(found, answer, arguments.seconds)
         if file:

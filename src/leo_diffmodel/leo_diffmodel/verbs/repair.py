@@ -48,8 +48,7 @@ def main(argv: list[str]) -> int:
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    shown = progress('repairing', within=common.left(arguments))
-    with shown as reporter, using(arguments.jobs):
+    with progress('repairing', within=common.left(arguments)) as reporter, using(arguments.jobs):
         before = compare(recordings, model, arguments.step)
         chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
 

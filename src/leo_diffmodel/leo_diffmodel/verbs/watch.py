@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import argparse
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
 from functools import partial
 import time
@@ -51,15 +51,11 @@ def main(argv: list[str]) -> int:
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with progress('reading the noise'):
-        scene = Scene.of(recordings, model, held, own, arguments.step)
-        state = State(scene, folder)
-    finder = Finder(watch_common.asked, argv)
-    return _server(arguments, state, finder, Tab).run_until_interrupted()
+        state = State(Scene.of(recordings, model, held, own, arguments.step), folder)
+    return _server(arguments, state, Finder(watch_common.asked, argv), Tab).run_until_interrupted()
 
 
-def _server(
-    arguments: argparse.Namespace, state: State, finder: Finder, tab: OpenTab
-) -> WatchServer:
+def _server(arguments: Namespace, state: State, finder: Finder, tab: OpenTab) -> WatchServer:
     from leo_diffmodel.watch.next_run import NextRun
     from leo_diffmodel.watch.page.document import Page
     from leo_diffmodel.watch.page.server import WatchServer
@@ -92,7 +88,7 @@ def _live(argv: list[str]) -> int:
     return 0
 
 
-def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scene: Scene) -> None:
+def _serve(arguments: Namespace, robot: LiveRobot, source: Source, scene: Scene) -> None:
     """Serve the page until a signal; then end what it started."""
     from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
     from leo_diffmodel.watch.live.live import Live, LiveFinder
@@ -176,5 +172,5 @@ def _live_parser() -> Parser:
 def _window(text: str) -> float:
     seconds = common.seconds(text)
     if not 10.0 <= seconds <= 120.0:
-        raise argparse.ArgumentTypeError(f'{text} s is no stretch to look at; give 10 to 120')
+        raise ArgumentTypeError(f'{text} s is no stretch to look at; give 10 to 120')
     return seconds

@@ -81,8 +81,7 @@ def asked(argv: list[str], reporter: Callable[[str], None]) -> dict:
     def hear(answer: Explanation) -> None:
         so_far.append(answer.sentence)
 
-    found = explain(recordings, model, held, own, report, arguments.step, so_far=hear)
-    return found.to_json()
+    return explain(recordings, model, held, own, report, arguments.step, so_far=hear).to_json()
 
 
 def proposed(argv: list[str], answer: dict[str, Any], reporter: Callable[[str], None]) -> Plan:
@@ -95,8 +94,7 @@ def proposed(argv: list[str], answer: dict[str, Any], reporter: Callable[[str], 
     model = common.named_model(arguments.model)
     check_driven(model)
     recordings, _ = common.read_all(arguments, model)
-    own = common.own_effects(arguments)
-    found = propose(recordings, model, answer, own, SECONDS, reporter)
+    found = propose(recordings, model, answer, common.own_effects(arguments), SECONDS, reporter)
     words = tuple(in_words(found, answer, SECONDS))
     if found.best is None:
         return Plan(words, model.robot)

@@ -21,7 +21,6 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.watch.scene import Scene
 from leo_sim.model import Model
 
-Array = np.ndarray
 AT_ONCE, ON_GROUND_AT_ONCE = 1000, 200
 """Windows that are estimated in one go, over the joints; of a robot on the ground."""
 
@@ -49,7 +48,7 @@ class MissingOfBoth:
         self._scene = scene
         self.given: Missing | None = None
         self.now: Missing | None = None
-        self.curve: Array | None = None
+        self.curve: np.ndarray | None = None
         self.behind, self.trouble = True, ''
 
     def follow(self, model: Model, switched: bool) -> Iterator[bool]:

@@ -42,8 +42,7 @@ class Timeline:
         first = np.array([float(r.episodes[0].t[0]) for r in recordings])
         lengths = [float(r.episodes[-1].t[-1]) for r in recordings] - first
         begin = np.concatenate([[0.0], np.cumsum(lengths)])
-        names = tuple(r.path.name for r in recordings)
-        return cls(names, first, begin[:-1], float(begin[-1]))
+        return cls(tuple(r.path.name for r in recordings), first, begin[:-1], float(begin[-1]))
 
     def at(self, source: Array, time: Array) -> Array:
         """From bag times [s] to the axis; the shapes broadcast."""

@@ -187,8 +187,7 @@ class State:
     def _first(self, label: str) -> dict[str, float]:
         """The values that an effect had, or else the best of a scan."""
         if label not in self._guessed:
-            candidate = self.scene.candidates[label]
-            self._guessed[label] = guess(self.scene, self.model, candidate)
+            self._guessed[label] = guess(self.scene, self.model, self.scene.candidates[label])
         return self._guessed[label]
 
     def _set(

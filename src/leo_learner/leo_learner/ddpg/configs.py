@@ -79,6 +79,4 @@ def configuration(name: str, robot: Robot) -> Config:
 
 def default_steps(name: str, robot: Robot) -> int:
     """Transitions that a training takes where nothing else is said."""
-    if robot.feet:
-        return 300_000
-    return {'recommended': 10_000, 'thesis': 50_000}[name]
+    return 300_000 if robot.feet else {'recommended': 10_000, 'thesis': 50_000}[name]

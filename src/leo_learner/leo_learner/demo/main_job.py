@@ -68,8 +68,7 @@ class MainJob:
             self._learn_ideal()
             self._roll_out()
             self._begin_on_robot()
-            model = self._repair()
-            self._retrain(model)
+            self._retrain(self._repair())
             self._play()
             self.found.truth = processes.ask('reveal', str(self._folder / 'truth.sealed'))
             if measuring:

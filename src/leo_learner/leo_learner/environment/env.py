@@ -78,8 +78,7 @@ class ModelEnv(RobotSpaces):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Start an episode; `options={'pose': ...}` names a start pose, `random` without it."""
         super().reset(seed=seed)
-        pose = (options or {}).get('pose', 'random')
-        self.state = self.model.start(pose, self.np_random)
+        self.state = self.model.start((options or {}).get('pose', 'random'), self.np_random)
         return self._begin(self._sensed(self.state)), {}
 
     def step(self, action: np.ndarray) -> Step:

@@ -47,8 +47,7 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
     steps = footsteps(gait, q)
     by_feet = any(term.quantity == 'ankle_forward' for term in robot.reward)
     distance = float(sum(steps) if by_feet else gait.com_x(q[-1]) - gait.com_x(q[0]))
-    power = task.motor_power(dq[:-1], inputs, dq[1:])
-    energy = float(np.sum(power)) * robot.control_period
+    energy = float(np.sum(task.motor_power(dq[:-1], inputs, dq[1:]))) * robot.control_period
     fell = bool(task.terminated(State(q[-1], dq[-1])))
     per_metre = energy / distance if distance > 0 else None
     seconds = len(inputs) * robot.control_period

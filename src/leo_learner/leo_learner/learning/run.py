@@ -125,8 +125,7 @@ def _stopped_by_signal(training: TrainingLoop) -> Iterator[list[int]]:
         if callable(handler_before) and handler_before is not signal.default_int_handler:
             handler_before(number, frame)
 
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    former = {number: signal.signal(number, stop) for number in numbers}
+    former = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield came
     finally:

@@ -72,5 +72,4 @@ class RobotStates:
             )
 
     def _publishers(self) -> list[str]:
-        endpoints = self._node.get_publishers_info_by_topic(self._topic)
-        return sorted(names_of(endpoints).elements())
+        return sorted(names_of(self._node.get_publishers_info_by_topic(self._topic)).elements())

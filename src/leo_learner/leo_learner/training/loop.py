@@ -166,8 +166,7 @@ def play(
     returns: list[float] = []
     while len(returns) < episodes:
         number = len(returns)
-        pose = 'random' if number else 'nominal'
-        total, lost = run_episode(env, act, seed + number, pose)
+        total, lost = run_episode(env, act, seed + number, 'random' if number else 'nominal')
         if not lost:
             returns.append(total)
             on_episode()

@@ -88,8 +88,7 @@ def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict
         if run.start and run.start not in robot.start_poses:
             begins = f'{options.policy} begins in {run.start!r}'
             raise UserError(f'{begins}; the robot {robot.name} has no such pose')
-        env = running.env(model.robot)
-        player = RobotPlayer(running.node, env)
+        player = RobotPlayer(running.node, running.env(model.robot))
         found, sent = _dry_run(run, model, player, options, running)
         result = {'dry_run': found.to_json(), 'sent': sent, 'complete': False}
         if not sent:

@@ -66,11 +66,9 @@ def _set(argv: list[str]) -> int:
         from rcl_interfaces.srv import SetParameters
         from rclpy.parameter import get_parameter_value
 
-        value = get_parameter_value(options.value)
-        parameter = Parameter(name=options.parameter, value=value)
+        parameter = Parameter(name=options.parameter, value=get_parameter_value(options.value))
         request = SetParameters.Request(parameters=[parameter])
-        response = _ask(node, name, SetParameters, 'set_parameters', request)
-        (result,) = response.results
+        (result,) = _ask(node, name, SetParameters, 'set_parameters', request).results
     if not result.successful:
         raise UserError(f'{name} refused: {result.reason}')
     print(f'{name}: {options.parameter} = {options.value}')

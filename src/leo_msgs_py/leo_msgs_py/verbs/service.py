@@ -21,8 +21,7 @@ def main(argv: list[str]) -> int:
 
 
 def _list(argv: list[str]) -> int:
-    about = 'List the services.'
-    return common.list_typed(argv, 'service', _LIST_EXAMPLES, _others, about)
+    return common.list_typed(argv, 'service', _LIST_EXAMPLES, _others, 'List the services.')
 
 
 def _others(node: Any) -> common.Pairs:
@@ -46,8 +45,7 @@ def _call(argv: list[str]) -> int:
         service = common.absolute(options.service)
         if not options.type:
             common.settle(node)
-            found = node.get_service_names_and_types()
-            options.type = common.one_type(service, found, 'service')
+            options.type = common.one_type(service, node.get_service_names_and_types(), 'service')
         srv_type = load(options.type, 'srv')
         request = fill(srv_type.Request(), common.from_yaml(options.values))
         client = node.create_client(srv_type, service)

@@ -248,8 +248,7 @@ def inertial(
 ) -> Element:
     """The element of a mass kg whose principal axes and moments kg m2 are given."""
     element = Element('inertial')
-    place = {'xyz': numbers(com), 'rpy': numbers(rpy(rotation))}
-    SubElement(element, 'origin', place)
+    SubElement(element, 'origin', {'xyz': numbers(com), 'rpy': numbers(rpy(rotation))})
     SubElement(element, 'mass', {'value': repr(float(mass))})
     figures = *(repr(float(moment)) for moment in moments), '0', '0', '0'
     SubElement(element, 'inertia', dict(zip(TENSOR, figures, strict=True)))

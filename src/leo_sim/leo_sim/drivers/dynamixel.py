@@ -36,8 +36,7 @@ class _Packets(Protocol2PacketHandler):
     def removeStuffing(self, packet: list[int]) -> list[int]:
         body = bytes(packet[7:-2]).replace(STUFFED, PLAIN)
         self.size = len(body) - 2
-        length = list((len(body) + 2).to_bytes(2, 'little'))
-        return [*packet[:5], *length, *body, *packet[-2:]]
+        return [*packet[:5], *(len(body) + 2).to_bytes(2, 'little'), *body, *packet[-2:]]
 
 
 class DynamixelBus(ServoLine):
@@ -112,8 +111,7 @@ class DynamixelDriver(ServoDriver):
     def _prepare(self, servo: int) -> None:
         """For position goals all the PWM there may be, and rad/s."""
         self._bus.set(servo, 'goal_pwm', self._bus.get(servo, 'pwm_limit'))
-        drive = self._bus.get(servo, 'drive_mode')
-        self._bus.set(servo, 'drive_mode', drive & ~TIME_BASED)
+        self._bus.set(servo, 'drive_mode', self._bus.get(servo, 'drive_mode') & ~TIME_BASED)
 
     def _arm(self) -> None:
         waits = math.ceil(self._wait / WATCHDOG_UNIT - 1e-9)

@@ -75,8 +75,7 @@ class Safety:
         if self.stops(now) or blind:
             self._last = self._stopped()
         else:
-            wanted = np.clip(self._command, self._low, self._high)
-            self._last = self._slewed(wanted, now)
+            self._last = self._slewed(np.clip(self._command, self._low, self._high), now)
         self._last_time = now
         return self._last.copy()
 

@@ -16,15 +16,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.servos import HARDWARE_ERRORS, MODES, servo_model
-from leo_sim.drivers.base import (
-    DriverFault,
-    DriverOptions,
-    Findings,
-    NotPossible,
-    Readings,
-    robot_info,
-    TransientFault,
-)
+from leo_sim.drivers import base
 from leo_sim.drivers.servo_goals import GoalUnits
 from leo_sim.drivers.servo_joints import DriveUnits, farthest, JointUnits, MotorUnits, pose_of
 from leo_sim.drivers.servo_line import Blocks, ServoLine
@@ -49,7 +41,7 @@ class ServoDriver(ABC):
     ready: ClassVar[tuple[tuple[str, int], ...]]  # what is written to each before it is asked
     alert: ClassVar[int]  # bits of a status's error by which a servo says that something is wrong
 
-    def __init__(self, options: DriverOptions) -> None:
+    def __init__(self, options: base.DriverOptions) -> None:
         robot = options.robot
         family, bus = self.line.family, robot.driver.bus
         if bus is None or robot.driver.family != family:
@@ -60,7 +52,7 @@ class ServoDriver(ABC):
         kind = GoalUnits if robot.input == 'position' else DriveUnits
         self._joints = JointUnits(robot, bus)
         self._motors: MotorUnits = kind(robot, bus)
-        info = robot_info(robot, options.state_rate, own_clock=False)
+        info = base.robot_info(robot, options.state_rate, own_clock=False)
         self.info = replace(info, goals=self._motors.goals)
         self.starts = 0
         self._models = {s.id: servo_model(s.model, family) for s in bus.servos.values()}
@@ -77,8 +69,8 @@ class ServoDriver(ABC):
         self._on_at_rest = np.isfinite(self.info.rest)
         self._angle = self._rate = self._supply = np.zeros(len(ids))
         self._conditions: dict[int, str] = {}
-        self._readings: Readings | None = None
-        self._findings = Findings()
+        self._readings: base.Readings | None = None
+        self._findings = base.Findings()
         self._cycle = 0.0
         name, value = self._motors.rest
         self._rest = self._bus.packet(name, dict.fromkeys(ids, value))
@@ -91,7 +83,7 @@ class ServoDriver(ABC):
         self._bus.open()
         try:
             self._make_ready()
-        except (UserError, DriverFault, OSError):
+        except (UserError, base.DriverFault, OSError):
             self._bus.close()
             raise
 
@@ -190,7 +182,7 @@ class ServoDriver(ABC):
     def reset(self) -> None:
         joint, off = farthest(self._pose, self.info.joints, self._angles)
         if off > NEAR:
-            raise NotPossible(
+            raise base.NotPossible(
                 f'put it into its start pose by hand: {joint} is {off:.2f} off; '
                 '/robot/torque false frees it'
             )
@@ -205,10 +197,10 @@ class ServoDriver(ABC):
         finally:
             self._bus.close()
 
-    def readings(self) -> Readings | None:
+    def readings(self) -> base.Readings | None:
         return self._readings
 
-    def findings(self) -> Findings:
+    def findings(self) -> base.Findings:
         return self._findings
 
     def figures(self) -> Mapping[str, str]:
@@ -241,8 +233,8 @@ class ServoDriver(ABC):
         own = [blocks[servo] for servo in self._ids]
         self._supply = 0.1 * np.array([block.get('present_input_voltage') for block in own])
         if self._supply.min() < LEAST_SUPPLY:
-            raise TransientFault(f'a servo measures a supply of {self._supply.min():.1f} V')
-        self._readings = Readings(
+            raise base.TransientFault(f'a servo measures a supply of {self._supply.min():.1f} V')
+        self._readings = base.Readings(
             supply=float(np.median(self._supply)),
             current=self._motors.currents(blocks),
             temperature=np.array([block.get('present_temperature') for block in own]),
@@ -268,11 +260,13 @@ class ServoDriver(ABC):
             if on and not (taken and not self._motors.seems_free(blocks[servo])):
                 self._check_on(servo)
                 if not taken:
-                    raise TransientFault(f'{self._bus.who(servo)} has not taken the last command')
+                    raise base.TransientFault(
+                        f'{self._bus.who(servo)} has not taken the last command'
+                    )
 
     def _check_on(self, servo: int) -> None:
         if not self._bus.get(servo, 'torque_enable'):
-            raise DriverFault(
+            raise base.DriverFault(
                 f'{self._bus.who(servo)} is free though nobody asked: it was '
                 'restarted, or its supply failed; start the robot again'
             )
@@ -286,7 +280,7 @@ class ServoDriver(ABC):
                 error = self._bus.get(servo, 'hardware_error_status')
                 self._conditions[servo] = self._said(error)
                 if error & self._bus.get(servo, 'shutdown'):
-                    raise DriverFault(
+                    raise base.DriverFault(
                         f'{self._bus.who(servo)} has let go: {self._said(error)}; it is free, the '
                         f'others {self._motors.at_rest}; mend that, then switch its supply off '
                         'and on'
@@ -299,6 +293,5 @@ class ServoDriver(ABC):
         return Applied(stamp_ns, info.actuators, values, info.interface, self._on.copy())
 
     def _said(self, error: int) -> str:
-        bits = HARDWARE_ERRORS[self.line.family]
-        known = [text for bit, text in bits.items() if error & bit]
+        known = [text for bit, text in HARDWARE_ERRORS[self.line.family].items() if error & bit]
         return ', '.join(known) or f'hardware error {error}'

@@ -157,8 +157,7 @@ class DriveUnits(MotorUnits):
         return np.where(outward, 0.0, values)
 
     def counts(self, values: Array, supply: Array) -> Array:
-        per_count = self._per_count(supply)
-        counts = np.rint(values / per_count).astype(int)
+        counts = np.rint(values / self._per_count(supply)).astype(int)
         return np.clip(counts, -self.largest(supply), self.largest(supply))
 
     def values(self, counts: Array, supply: Array) -> Array:

@@ -35,8 +35,7 @@ class SimulatedDriver:
 
     def connect(self) -> None:
         """Compile what a step needs, which takes seconds the first time on a machine."""
-        seconds = 1.0 / self.info.state_rate
-        self._model.step(self._state, self._input, seconds, enabled=self._on)
+        self._model.step(self._state, self._input, 1.0 / self.info.state_rate, enabled=self._on)
 
     def read(self) -> JointStates:
         """The state at this time with measurement noise; the same time reads the same."""

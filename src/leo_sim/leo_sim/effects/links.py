@@ -73,8 +73,7 @@ class LinkInertia(_Link):
 
     def body(self, p: Values, link: Body) -> Body:
         xx, yy, zz, *products = link.inertia
-        turned = (xx + p['I'], yy + p['I'], zz + p['I'], *products)
-        return link._replace(inertia=turned)
+        return link._replace(inertia=(xx + p['I'], yy + p['I'], zz + p['I'], *products))
 
 
 class Payload(_InSpace):

@@ -62,6 +62,5 @@ def _xml(root: ElementTree.Element, said: list[str]) -> str:
 
 def _python(program: str, said: list[str]) -> str:
     """A program after a remark; its first two lines, where Python looks for a coding, are ours."""
-    lines = visible('\n'.join(said)).splitlines()
-    remark = ''.join(f'# {line}\n' for line in lines)
+    remark = ''.join(f'# {line}\n' for line in visible('\n'.join(said)).splitlines())
     return f'# An articulation for Isaac Lab.\n#\n{remark}\n{program}'

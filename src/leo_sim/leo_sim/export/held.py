@@ -88,8 +88,7 @@ def _simulated(written: Model, format_name: str) -> Model:
     values |= {path: value for path, value in paths.items() if path in values}
     effects = list(written.effects)
     if MOTOR not in speaks and robot.has_motor_law:
-        motors = [a.joint for a in robot.actuators]
-        effects.append(place(robot, 'back_emf_scale', motors, k=0.0))
+        effects.append(place(robot, 'back_emf_scale', [a.joint for a in robot.actuators], k=0.0))
     return written.changed(constants=values, effects=effects)
 
 

@@ -74,8 +74,7 @@ def test_by_words_in_any_order_and_on_top_of_what_is_there(tmp_path, capsys):
     first, second = (str(tmp_path / name) for name in ('first.yaml', 'second.yaml'))
     assert main(['add', 'pendulum', 'coulomb_friction:pivot', 'c=0.002', '-o', first]) == 0
     assert main(['add', first, '-o', second, 'command_delay', 'delay=0.01', '--json']) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert told['model'] == second
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])['model'] == second
     model = load_model(second)
     assert [p.effect.name for p in model.effects] == ['coulomb_friction', 'command_delay']
     assert [p.parameters for p in model.effects] == [{'c': 0.002}, {'delay': 0.01}]

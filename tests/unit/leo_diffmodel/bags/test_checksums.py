@@ -58,13 +58,11 @@ def test_a_flipped_bit_costs_its_chunk_and_is_counted(kind, place, tmp_path):
     _, length = FRAME.unpack_from(content, start)
     content[start + FRAME.size + length // 2] ^= 0x40
     file.write_bytes(content)
-    contents = load(file)
-    assert contents.damaged == 1
+    assert load(file).damaged == 1
     kept, all_of_it = positions(file), positions(whole)
     assert len(all_of_it) - 25 <= len(kept) < len(all_of_it)
     assert np.isin(kept, all_of_it).all()
-    warnings = read_bag(file, PENDULUM).warnings
-    assert sum('damaged in 1 places' in text for text in warnings) == 1
+    assert sum('damaged in 1 places' in text for text in read_bag(file, PENDULUM).warnings) == 1
 
 
 def test_a_flipped_exponent_is_not_believed(tmp_path, capsys):

@@ -33,8 +33,7 @@ def told(recording):
 
 @pytest.mark.parametrize('value', [-5.4e-310, 3e-320])
 def test_memory_that_nobody_wrote_is_no_effort(tmp_path, value):
-    effort = np.where(T < 1.0, value, 0.0)
-    log = bag(tmp_path, ['pivot'], [np.sin(T)], [np.cos(T)], [effort])
+    log = bag(tmp_path, ['pivot'], [np.sin(T)], [np.cos(T)], [np.where(T < 1.0, value, 0.0)])
     recording = read_bag(log, PENDULUM)
     assert recording.input == 'none' and recording.episodes[0].effort is None
     (text,) = told(recording)
@@ -95,8 +94,7 @@ def test_one_motor_without_effort_among_others_is_asked_about(tmp_path):
 
 
 def test_a_joint_that_stands_is_measured(tmp_path):
-    log = bag(tmp_path, ['pivot'], [0 * T], [0 * T], [0 * T])
-    recording = read_bag(log, PENDULUM)
+    recording = read_bag(bag(tmp_path, ['pivot'], [0 * T], [0 * T], [0 * T]), PENDULUM)
     assert recording.input == 'torque' and told(recording) == []
 
 
@@ -137,8 +135,7 @@ def test_measured_rates_are_not_taken_for_differences(period, noise):
     t, q, dq = swing(period)
     rng = np.random.default_rng(1)
     assert made_from(nanoseconds(t), q, dq + rng.normal(0, noise, dq.shape)) == ''
-    smooth = np.sin(3 * t)[:, None]
-    assert made_from(nanoseconds(t), smooth, 3 * np.cos(3 * t)[:, None]) == ''
+    assert made_from(nanoseconds(t), np.sin(3 * t)[:, None], 3 * np.cos(3 * t)[:, None]) == ''
 
 
 def test_a_joint_that_stands_or_a_few_samples_say_nothing():
@@ -188,8 +185,7 @@ def test_spikes_of_an_encoders_zero_are_once_a_turn(wrapped, noise):
     rate = 3.0 + 0.4 * np.cos(TEN) + noise * np.random.default_rng(0).normal(size=len(TEN))
     spiked = rate.copy()
     spiked[at_zero(q)] = 80.0
-    states = log(q % (2 * np.pi) if wrapped else q, spiked)
-    mended = filtered(states)
+    mended = filtered(log(q % (2 * np.pi) if wrapped else q, spiked))
     (told,) = mended.notes
     assert '4 spikes in the rate of pivot' in told and 'up to 80 where they change by' in told
     assert 'once a turn at' in told

@@ -12,7 +12,7 @@ from leo_diffmodel.bags.types import CONTROLLER_STATE, JOINT_STATE, TRAJECTORY
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
-SERVO, PENDULUM, ARM = (load_robot(n) for n in ('xl330_pendulum', 'pendulum', 'so101'))
+SERVO, ARM = load_robot('xl330_pendulum'), load_robot('so101')
 STEP = 10_000_000
 EPOCH = 1_700_000_000 * 10**9
 TOPIC, FOLLOWED = '/arm_controller/joint_trajectory', '/arm_controller/controller_state'
@@ -71,8 +71,7 @@ def test_what_a_controller_follows_goes_before_what_it_was_asked(tmp_path, versi
     recording = read_bag(log, SERVO)
     np.testing.assert_allclose(goals(recording)[:99], 0.01 * np.arange(99), atol=1e-12)
     assert not any('look' in text for text in recording.warnings)
-    asked = read_bag(log, SERVO, TopicMap(input='trajectory'))
-    assert set(goals(asked)) == {5.0}
+    assert set(goals(read_bag(log, SERVO, TopicMap(input='trajectory')))) == {5.0}
 
 
 def test_joints_have_their_goals_from_the_topics_that_name_them(tmp_path):
@@ -88,16 +87,14 @@ def test_joints_have_their_goals_from_the_topics_that_name_them(tmp_path):
 def test_goals_take_the_sign_and_the_zero_of_the_angle(tmp_path):
     mapped = TopicMap(joints={'pivot': JointMap(name='hinge', sign=-1, offset=0.5)})
     log = bag_of(tmp_path, *states(names=('hinge',)), asks(0, {4: [1.0]}, names=('hinge',)))
-    found = goals(read_bag(log, SERVO, mapped))
-    np.testing.assert_allclose(found[[0, 4]], [0.5 - 0.2, 0.5 - 1.0])
+    np.testing.assert_allclose(goals(read_bag(log, SERVO, mapped))[[0, 4]], [0.5 - 0.2, 0.5 - 1.0])
 
 
 def test_two_trajectories_of_a_joint_are_asked_about(tmp_path):
     log = bag_of(tmp_path, *states(), asks(0, {0: [1.0]}), asks(0, {0: [2.0]}, topic='/planned'))
     with pytest.raises(UserError, match=r'pivot on /arm_controller/joint_trajectory and /planned'):
         read_bag(log, SERVO)
-    chosen = TopicMap(topics={'trajectory': '/planned'})
-    assert set(goals(read_bag(log, SERVO, chosen))) == {2.0}
+    assert set(goals(read_bag(log, SERVO, TopicMap(topics={'trajectory': '/planned'})))) == {2.0}
 
 
 def test_a_restarted_robot_begins_without_a_goal(tmp_path):

@@ -91,8 +91,7 @@ def test_a_channel_in_another_unit_stays(name, unit, tmp_path):
 
 
 def test_volts_logged_in_millivolts_stay(tmp_path):
-    millivolts = 1000 * np.sign(np.sin(np.arange(COUNT)))
-    recording = read(write(tmp_path / 'bag', volts=millivolts))
+    recording = read(write(tmp_path / 'bag', volts=1000 * np.sign(np.sin(np.arange(COUNT)))))
     assert recording.warnings == () and abs(recording.episodes[0].inputs).max() == 1000
 
 

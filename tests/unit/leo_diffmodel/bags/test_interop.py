@@ -57,8 +57,7 @@ def bag(run, tmp_path_factory):
 def test_rosbags_reads_ours(bag, run):
     with AnyReader([bag]) as reader:
         counts = {c.topic: (c.msgtype, c.msgcount) for c in reader.connections}
-        states = [c for c in reader.connections if c.topic == '/joint_states']
-        found = reader.messages(states)
+        found = reader.messages([c for c in reader.connections if c.topic == '/joint_states'])
         q = [reader.deserialize(data, c.msgtype).position[0] for c, _, data in found]
         (episode,) = (c for c in reader.connections if c.topic == '/robot/episode')
         durability = episode.ext.offered_qos_profiles[0].durability.name

@@ -58,8 +58,7 @@ def test_an_input_that_the_model_does_not_take_is_refused(tmp_path, kind, robot,
     assert '\n' not in str(told.value)
     assert read_bag(log, robot, TopicMap(input='none')).input == 'none'
     for name, value in (('zero', 0.0), ('nan', np.nan)):
-        still = bag(tmp_path / name, *pushed(kind, value, value))
-        assert read_bag(still, robot).input == 'none'
+        assert read_bag(bag(tmp_path / name, *pushed(kind, value, value)), robot).input == 'none'
 
 
 def test_a_measured_torque_is_no_voltage(tmp_path):

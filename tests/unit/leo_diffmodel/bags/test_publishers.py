@@ -98,8 +98,7 @@ def test_a_second_publisher_is_named_and_left_out(tmp_path, names, frame):
 
 def test_a_frame_id_that_changes_with_a_restart_is_no_second_publisher(tmp_path):
     first, again = (says(['pivot'], line, frame=frame) for frame in 'ab')
-    log = bag_of(tmp_path, *first[:100], *again[100:])
-    recording = read_bag(log, PENDULUM)
+    recording = read_bag(bag_of(tmp_path, *first[:100], *again[100:]), PENDULUM)
     assert len(recording.episodes[0].t) == 200
     assert not any('publishers' in w for w in recording.warnings)
 
@@ -121,6 +120,5 @@ def test_a_joint_that_chatters_is_no_second_publisher(tmp_path):
     """It goes to and fro within four states, as fast as its own speed says."""
     pace = 2 * np.pi / (4 * STEP * 1e-9)
     way, rate = lambda t: 0.05 * np.sin(pace * t), lambda t: 0.05 * pace * np.cos(pace * t)
-    chatter = says(['pivot'], way, rate)
-    (episode,) = read_bag(bag_of(tmp_path, *chatter), PENDULUM).episodes
+    (episode,) = read_bag(bag_of(tmp_path, *says(['pivot'], way, rate)), PENDULUM).episodes
     assert len(episode.t) == 200

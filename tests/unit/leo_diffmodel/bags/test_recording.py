@@ -68,8 +68,7 @@ def still(count: int, start: int = 0) -> list[tuple[str, int, bytes]]:
 
 def test_what_is_written_is_read_to_the_bit(tmp_path):
     run = swing()
-    bag = write_runs(tmp_path / 'bag', [run, run], {'robot': 'pendulum'})
-    recording = read_bag(bag, PENDULUM)
+    recording = read_bag(write_runs(tmp_path / 'bag', [run, run], {'robot': 'pendulum'}), PENDULUM)
     assert (recording.joints, recording.actuators) == (('pivot',), ('pivot',))
     assert (recording.input, recording.command_period) == ('voltage', PENDULUM.control_period)
     assert len(recording.episodes) == 2 and recording.warnings == ()

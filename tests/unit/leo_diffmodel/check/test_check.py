@@ -77,8 +77,7 @@ def test_a_rescaled_speed_is_found():
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
 def test_inputs_held_the_wrong_way_are_found(robot):
     clean = record(robot, seconds=SECONDS)
-    found = complaints(shifted(clean, 0.05), clean)
-    assert 'hold: previous' in found['hold'].todo
+    assert 'hold: previous' in complaints(shifted(clean, 0.05), clean)['hold'].todo
 
 
 def test_inputs_stamped_late_are_found_without_the_other_reading():
@@ -102,8 +101,7 @@ def test_a_stuck_sensor_is_found_where_it_is(sensor, word):
 def test_a_push_is_found_where_it_is():
     push = np.zeros((round(SECONDS / DT), 1))
     push[500:530] = 0.012
-    found = complaints(record(PENDULUM, seconds=SECONDS, push=push))
-    (where,) = found['push'].where
+    (where,) = complaints(record(PENDULUM, seconds=SECONDS, push=push))['push'].where
     assert where == pytest.approx((5.0, 5.3), abs=0.12)
 
 
@@ -113,8 +111,7 @@ def test_a_gap_and_a_lame_run_are_found():
     parts = tuple(at_rows(e, rows) for rows in (slice(0, 600), slice(640, None)))
     gappy = replace(clean, episodes=parts, warnings=('x: 1 gaps; split there',))
     assert complaints(gappy)['gaps'].where == ((5.99, 6.4),)
-    still = record(PENDULUM, inputs=np.zeros((1200, 1)))
-    assert 'swings it' in complaints(still)['still'].todo
+    assert 'swings it' in complaints(record(PENDULUM, inputs=np.zeros((1200, 1))))['still'].todo
 
 
 def test_a_rich_bag_is_good_for_every_effect():

@@ -62,5 +62,4 @@ def test_when_inputs_act_is_asked_once_time_is_right():
     log = of_robot(robot, episode, period=1 / 30, rates='absent')
     sigma = estimate(model, short_windows([log]))[0]
     found, _ = look_at(Bag(log, shifted(log, -1 / 30)), model, sigma)
-    told = [f.code for f in found if f.severity == 'error']
-    assert told == ['time_stretch']
+    assert [f.code for f in found if f.severity == 'error'] == ['time_stretch']

@@ -57,8 +57,7 @@ def teleoperated(rate=30.0, late=0.0, stop=np.inf, seed=0) -> Recording:
         out.append(q)
         dq += FINE * (900.0 * (target - q) - 50.0 * dq)
         q += FINE * dq
-    measured = TICK * np.round(np.array(out)[frames] / TICK)
-    return recorded(measured, goal, frames * FINE)
+    return recorded(TICK * np.round(np.array(out)[frames] / TICK), goal, frames * FINE)
 
 
 def stamped(t: np.ndarray, **metadata: str) -> Recording:
@@ -128,8 +127,7 @@ def test_radians_are_radians(robot):
     assert angle_units(recorded(1.9 * np.sin(9 * t), t, t), robot) == []
     turning = recorded(30 * t, t, t)  # a motor that runs
     assert (angle_units(turning, robot) == []) == (robot is PENDULUM)
-    foreign = replace(recorded(99 * np.sin(t), t, t), metadata={})
-    assert angle_units(foreign, robot) == []
+    assert angle_units(replace(recorded(99 * np.sin(t), t, t), metadata={}), robot) == []
     said = recorded(60 * np.sin(t), t, t, angle_units_said='pivot')
     assert [f.severity for f in angle_units(said, LIMITED)] == ['error'], 'limits contradict it'
 

@@ -28,8 +28,7 @@ def model():
 
 
 def test_a_held_base_stays_in_the_windows_of_its_own_bag_alone(model):
-    bags = [recorded(seconds=0.6), recorded(start='standing', seconds=0.6)]
-    windows = cut(bags, 0.1)
+    windows = cut([recorded(seconds=0.6), recorded(start='standing', seconds=0.6)], 0.1)
     w = windows
     q, _ = rollout(model, w.q[:, 0], w.dq[:, 0], w.inputs, w.dt, held=w.held)
     moved = np.abs(q[..., :3] - q[:, :1, :3]).max(axis=(1, 2))
@@ -38,8 +37,7 @@ def test_a_held_base_stays_in_the_windows_of_its_own_bag_alone(model):
 
 
 def test_shares_of_windows_give_the_numbers_of_all_of_them(model, monkeypatch):
-    bag = recorded(start='standing', seconds=0.6)
-    windows = cut([bag], 0.03, stride=0.01)
+    windows = cut([recorded(start='standing', seconds=0.6)], 0.03, stride=0.01)
     arguments = (windows.q[:, 0], windows.dq[:, 0], windows.inputs, windows.dt)
     monkeypatch.setattr('leo_sim.model.window_shares.LEAST_INTERVALS', 1)
     with using(1):
@@ -73,9 +71,8 @@ def test_a_window_that_is_thrown_out_of_the_ground_tells_no_noise(model, monkeyp
         predicted[gone], columns[gone] = np.nan, np.nan
         return predicted, columns
 
-    monkeypatch.setattr(noise, 'respond', thrown)
-    bag = recorded(start='standing')
-    sigma = noise.estimate(model, noise.short_windows([bag]))
+    monkeypatch.setattr(noise.pushes, 'respond', thrown)
+    sigma = noise.estimate(model, noise.short_windows([recorded(start='standing')]))
     assert sigma == pytest.approx(SIGMA, rel=0.5)
 
 
@@ -128,7 +125,6 @@ def test_phases_are_conditions(model):
 
 
 def test_the_coarse_scheme_is_taken_where_the_data_cannot_tell(braked):
-    given = Model(LEO, engine='rigid')
-    assert fast_enough(given, cut([braked], 0.03)).scheme == 'search'
+    assert fast_enough(Model(LEO, engine='rigid'), cut([braked], 0.03)).scheme == 'search'
     training = Model(LEO, engine='rigid', scheme='training')
     assert fast_enough(training, cut([braked], 0.03)) is training

@@ -24,8 +24,7 @@ def rubbing(b: float, **more) -> Model:
 
 @pytest.fixture(scope='module')
 def recording():
-    effect = place(PENDULUM, 'viscous_friction', 'pivot', b=TRUTH)
-    return record(PENDULUM, effect, seconds=16)
+    return record(PENDULUM, place(PENDULUM, 'viscous_friction', 'pivot', b=TRUTH), seconds=16)
 
 
 @pytest.fixture(scope='module')
@@ -60,8 +59,7 @@ def test_a_model_that_was_fitted_to_the_bag_is_scored_on_what_its_fit_did_not_se
     data = rank([recording], models)
     assert data['held_out_blocks_only'] and data['blocks'] == 2
     assert data['models'][0]['model'] == 'fitted'
-    other = replace(recording, sha256='1' * 64)
-    assert not rank([other], models)['held_out_blocks_only']
+    assert not rank([replace(recording, sha256='1' * 64)], models)['held_out_blocks_only']
 
 
 def test_the_interval_is_over_blocks_and_not_over_windows():

@@ -19,11 +19,9 @@ def test_the_missing_torque_is_the_one_that_was_applied(robot):
     stall = {'pendulum': 0.0169, 'torque_pendulum': 6.0}[robot.name]
     torque = 0.02 * stall
     data = record(robot, seconds=20, push=np.full((2000, 1), torque))
-    sigma = np.array([[1e-3, 0.05]])
-    missing = missing_torque([data], Model(robot), sigma)
+    missing = missing_torque([data], Model(robot), np.array([[1e-3, 0.05]]))
     error = missing.torque[:, 0] - torque
-    count = len(error)
-    assert abs(error.mean()) < 4 * missing.spread.mean() / np.sqrt(count)
+    assert abs(error.mean()) < 4 * missing.spread.mean() / np.sqrt(len(error))
     assert np.sqrt((error**2).mean()) == pytest.approx(missing.spread.mean(), rel=0.15)
 
 
@@ -39,8 +37,7 @@ def test_a_torque_that_changes_is_followed():
 
 def test_columns_too_far_apart_for_floating_point_still_have_a_covariance():
     """A contact that ends in a window can make one column 10^12 times as long as another."""
-    rng = np.random.default_rng(1)
-    first, second = rng.standard_normal((2, 30))
+    first, second = np.random.default_rng(1).standard_normal((2, 30))
     columns = np.stack([1e12 * first, 1e12 * first, second], axis=-1)[None]
     variance = np.diagonal(_covariance(columns)[0])
     assert np.all(variance > 0)

@@ -89,8 +89,7 @@ def test_where_much_is_left_the_intervals_are_said_to_be_too_narrow(found, data)
 
 def test_in_words(data):
     assert friction(data).startswith('Coulomb, viscous: coulomb_friction c = 0.1')
-    names = [name for name, _, _ in figures(data)]
-    assert 'command_delay:pivot delay' in names
+    assert 'command_delay:pivot delay' in [name for name, _, _ in figures(data)]
     rows = {name: cells for name, *cells in beside([data, data])}
     assert rows['friction law'] == ['Coulomb, viscous'] * 2
 

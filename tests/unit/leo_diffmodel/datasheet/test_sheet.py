@@ -20,8 +20,7 @@ def recorded(folder, **measured):
 def test_what_the_motor_measured_stands_in_the_sheet(tmp_path):
     volts, degrees = np.array([12.0, 11.0, 11.5]), np.array([30.0, np.nan, 42.0])
     warm = recorded(tmp_path / 'warm', supply_voltage=volts, temperature=degrees)
-    bare = recorded(tmp_path / 'bare')
-    first, second = rows = conditions([warm, bare], 'pivot')
+    first, second = rows = conditions([warm, recorded(tmp_path / 'bare')], 'pivot')
     assert first['supply'] == {'first': 12.0, 'last': 11.5, 'least': 11, 'most': 12, 'unit': 'V'}
     assert first['temperature']['last'] == 42.0
     assert second == {'bag': 'bare'}

@@ -41,8 +41,7 @@ def model() -> Model:
 def real(model) -> Model:
     """The thesis' real pendulum: 0.09 kg, inertia about the pivot kept."""
     mass = place(model.robot, 'link_mass', 'bob', m=0.035)
-    inertia = place(model.robot, 'link_inertia', 'bob', I=-6.17e-5)
-    return model.changed(effects=(mass, inertia))
+    return model.changed(effects=(mass, place(model.robot, 'link_inertia', 'bob', I=-6.17e-5)))
 
 
 def driven(model: Model, episodes: int, steps: int, seed: int = 0):
@@ -88,8 +87,7 @@ def test_moving_by_the_difference_hits_the_state_and_keeps_turns():
     q, dq = np.array([[7.0, 1.0]]), np.array([[0.5, -2.0]])
     wanted_q, wanted_dq = np.array([[6.6, 1.3]]), np.array([[1.0, 3.0]])
     difference = layout.state(wanted_q, wanted_dq) - layout.state(q, dq)
-    moved = layout.moved(q, dq, difference)
-    np.testing.assert_allclose(moved, (wanted_q, wanted_dq))
+    np.testing.assert_allclose(layout.moved(q, dq, difference), (wanted_q, wanted_dq))
 
 
 def test_transitions_of_a_faster_log_are_control_steps(model, real):

@@ -75,8 +75,7 @@ def test_the_factor_falls_smoothly_from_one_to_nothing():
 
 
 def test_a_trifle_beside_the_usual_correction_is_no_reason_to_leave_it_out():
-    rng = np.random.default_rng(3)
-    error = 1e-4 * rng.normal(size=(500, 2))
+    error = 1e-4 * np.random.default_rng(3).normal(size=(500, 2))
     trust = calibrated(error, np.abs(error), np.ones(2), np.array([1.0, 1e-9]))
     known, unknown = trust.uncertainty(np.array([[0.09, 0.0], [0.0, 0.09]]))
     np.testing.assert_allclose(trust.temperature, 1.0)
@@ -96,8 +95,7 @@ def test_both_forms_take_the_hidden_friction_away(fitted, form):
 def test_held_out_calibration_is_what_the_report_says(model, steps, fitted):
     difference, report = fitted['recommended']
     data = targets(steps, model, 'state').part(slice(round(TRAIN * len(steps)), None))
-    found = calibration(difference, data)
-    assert found.max() == pytest.approx(report.calibration_most)
+    assert calibration(difference, data).max() == pytest.approx(report.calibration_most)
 
 
 def test_the_torque_form_finds_the_torque(fitted):
@@ -114,8 +112,7 @@ def test_far_from_the_data_nothing_is_corrected(fitted, steps, form):
     far = difference.judge(steps.q, steps.dq + 100.0, steps.inputs)
     assert np.mean(far.factor < 0.01) > 0.99
     assert np.abs(far.correction).max() <= np.abs(near.correction).max() * (1 + 1e-6)
-    beyond = difference.judge(steps.q, steps.dq, steps.inputs * 50.0)
-    assert np.median(beyond.factor) == 0.0
+    assert np.median(difference.judge(steps.q, steps.dq, steps.inputs * 50.0).factor) == 0.0
 
 
 @pytest.mark.parametrize('form', FORMS)
@@ -160,16 +157,14 @@ def test_files_come_back_as_they_were(fitted, steps, form):
 
 
 def test_files_of_before_there_were_forms_are_read(model, steps):
-    short = replace(THESIS, hidden=(8,), epochs=1)
-    single, report = fit(steps, model, short)
+    single, report = fit(steps, model, replace(THESIS, hidden=(8,), epochs=1))
     assert report.inside is None
     tensors, old = read_tensors(single.to_bytes())
     del old['form']
     config = json.loads(old['config'])
     newer = 'form', 'members', 'prior'
     old['config'] = json.dumps({k: config[k] for k in config if k not in newer})
-    again = from_bytes(save(tensors, old))
-    judged = again.judge(steps.q, steps.dq, steps.inputs)
+    judged = from_bytes(save(tensors, old)).judge(steps.q, steps.dq, steps.inputs)
     np.testing.assert_array_equal(judged.correction, single(steps.q, steps.dq, steps.inputs))
     assert judged.channel is None and np.all(judged.factor == 1.0)
 

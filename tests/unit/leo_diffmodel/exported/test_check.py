@@ -92,6 +92,5 @@ def test_a_walker_whose_base_is_held_stays_where_it_hangs():
 def test_a_joint_without_inertia_has_an_error_without_end(recording):
     """Its rotor is all that it has, and URDF holds none."""
     nothing = dict.fromkeys(('links.weight.mass', 'links.weight.inertia'), 0.0)
-    light = model().changed(constants=nothing)
-    found = checked(recording, light, 'urdf')
+    found = checked(recording, model().changed(constants=nothing), 'urdf')
     assert found['by_unit']['reduced']['rad'] is None

@@ -84,8 +84,7 @@ def test_a_fault_of_a_slide_has_units_of_sliding(tmp_path, name, size, unit):
 
 @pytest.mark.parametrize('name', ['speed_sign', 'angle_sign', 'input_sign'])
 def test_a_wrong_sign_is_told_from_the_others_by_the_motor(clean, name):
-    told = found(spoilt(clean, name, -1.0))
-    assert [f.code for f in told if f.error] == [name]
+    assert [f.code for f in found(spoilt(clean, name, -1.0)) if f.error] == [name]
 
 
 @pytest.mark.parametrize(('name', 'value'), [('input_sign', -1.0), ('input_scale', 0.05)])
@@ -102,8 +101,7 @@ def test_a_joint_that_stands_is_not_frozen_where_the_speed_has_a_zero():
     (e,) = log.episodes
     rounded = replace(log, episodes=(replace(e, q=1e-3 * np.round(e.q / 1e-3)),))
     assert np.mean(np.diff(rounded.episodes[0].q[:, 0]) == 0) > 0.2
-    told = found(spoilt(rounded, 'speed_zero', 0.8))
-    assert [f.code for f in told if f.error] == ['speed_zero']
+    assert [f.code for f in found(spoilt(rounded, 'speed_zero', 0.8)) if f.error] == ['speed_zero']
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE, POSITION], ids=lambda r: r.name)
@@ -185,8 +183,7 @@ def test_pauses_that_repeat_to_the_last_digit_are_no_fault():
 
 def test_a_fault_of_the_speed_is_told_only_if_the_speed_adds_up_better_without_it(clean):
     def told(name: str, value: float, log: Recording) -> list[str]:
-        fault = fault_of(name, value, '', sd=1e-3)
-        return [f.code for f in adding_up(log, [fault])]
+        return [f.code for f in adding_up(log, [fault_of(name, value, '', sd=1e-3)])]
 
     for name, value in (('speed_zero', 0.6), ('speed_scale', 1.2), ('speed_late', 0.1)):
         assert told(name, value, clean) == []

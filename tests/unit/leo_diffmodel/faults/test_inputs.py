@@ -59,8 +59,7 @@ def test_exchanged_inputs_are_told_and_put_right(log):
 
 def test_no_hand_is_blamed_for_exchanged_inputs(log):
     wrong = with_inputs(log, log.episodes[0].inputs[:, ::-1])
-    kinds = {f.code for f in moved_from_outside(wrong, Model(ROBOT))}
-    assert 'hand' not in kinds
+    assert 'hand' not in {f.code for f in moved_from_outside(wrong, Model(ROBOT))}
 
 
 def test_an_input_that_was_lost_is_told_and_left_out(log):

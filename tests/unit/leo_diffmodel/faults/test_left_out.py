@@ -22,8 +22,7 @@ def seen():
 
 def test_friction_that_takes_most_of_the_torque_does_not_make_the_motor_weak(seen):
     as_logged, weak, turned = (misses(seen, 0, Reading(unit)) for unit in (1.0, 12.0, -1.0))
-    usual = np.abs(seen.motor).mean()
-    assert np.nanmean(as_logged) < 0.05 * usual
+    assert np.nanmean(as_logged) < 0.05 * np.abs(seen.motor).mean()
     assert better([as_logged], [weak]) < 0 and better([as_logged], [turned]) < 0
 
 

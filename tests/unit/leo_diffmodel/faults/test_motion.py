@@ -50,8 +50,7 @@ def test_intervals_cover_what_they_say():
     """95 % of the intervals of scale and zero over 40 draws; 33 in 40 has odds of one in 500."""
     inside = []
     for seed in range(40):
-        part = channels(seed)
-        law = Motion([part]).fit(('scale', 'zero'), np.array([1.0, 0, 0, 0]))
+        law = Motion([channels(seed)]).fit(('scale', 'zero'), np.array([1.0, 0, 0, 0]))
         found = (1.3, *law.of('scale')), (0.2, *law.of('zero'))
         inside += [abs(value - true) < 1.96 * sd for true, value, sd in found]
     assert np.mean(inside) > 0.825

@@ -43,8 +43,7 @@ def drawn(robot: Robot, seed: int) -> tuple[list[Model], Model]:
     fits = []
     for name, (value, sd) in sizes.items():
         hypothesis = Hypothesis((known[f'{name}:{joint}'],))
-        theta = np.array([value])
-        fits.append(Fit(hypothesis, theta, np.array([[sd**2]]), *np.zeros((5, 0))))
+        fits.append(Fit(hypothesis, np.array([value]), np.array([[sd**2]]), *np.zeros((5, 0))))
     possible = of_answers([SimpleNamespace(fits=tuple(fits))], model)
     true = fits[int(rng.integers(2))]
     off = rng.uniform(-2.0, 2.0) * true.standard_errors
@@ -100,12 +99,10 @@ def test_a_run_is_made_milder_for_the_worst_of_what_is_possible():
 
 
 def test_the_ends_of_an_answer_lie_along_what_is_least_sure_and_within_its_bounds():
-    model = Model('torque_pendulum', engine='rigid')
-    known = {c.label: c for c in candidates(model)}
+    known = {c.label: c for c in candidates(Model('torque_pendulum', engine='rigid'))}
     pair = Hypothesis((known['viscous_friction:pivot'], known['coulomb_friction:pivot']))
     theta = np.array([0.02, 0.01])
-    fit = Fit(pair, theta, np.diag([1e-10, 0.04**2]), *np.zeros((5, 0)))
-    middle, *ends = values(fit)
+    middle, *ends = values(Fit(pair, theta, np.diag([1e-10, 0.04**2]), *np.zeros((5, 0))))
     np.testing.assert_array_equal(middle, theta)
     ends = np.array(sorted(ends, key=lambda end: end[1]))
     np.testing.assert_allclose(ends[:, 0], 0.02, atol=1e-4)

@@ -171,8 +171,7 @@ def test_missing_samples_are_a_gap_and_no_force():
 
 def test_without_splits_there_and_drops_short_pieces():
     pushed = record(PENDULUM, seconds=SECONDS, seed=3, push=shove(PENDULUM, 0.4, 12.0))
-    stretches = moved_from_outside(pushed, Model(PENDULUM))
-    (rest,) = without([pushed], [stretches])
+    (rest,) = without([pushed], [moved_from_outside(pushed, Model(PENDULUM))])
     assert len(rest.episodes) == 2 and rest.episodes[0].t[0] > 0.5
     for a, b in pairwise(rest.episodes):
         assert a.t[-1] < 11.95 and b.t[0] > 12.2

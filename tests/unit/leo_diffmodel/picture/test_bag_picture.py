@@ -145,8 +145,7 @@ def test_what_a_urdf_draws_wrongly_is_left_out(visual, colours):
 
 
 def test_the_command(tmp_path):
-    bag = bag_of('double_pendulum', tmp_path / 'swing')
-    words = [LEO, 'bag', 'show', str(bag)]
+    words = [LEO, 'bag', 'show', str(bag_of('double_pendulum', tmp_path / 'swing'))]
     run = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
     assert (run.returncode, run.stderr) == (0, '')
     assert run.stdout.startswith('wrote swing.png\nnext: leo ')

@@ -163,8 +163,7 @@ def test_a_model_at_the_noise_floor_is_said_to_be(model, recording, missing):
 
 
 def test_an_angle_of_many_turns_is_folded_into_one(model, missing):
-    q = np.linspace(0, 300, len(missing.q))[:, None]
-    turning = replace(missing, q=q)
+    turning = replace(missing, q=np.linspace(0, 300, len(missing.q))[:, None])
     plot = missing_section.section(turning, model.robot).figures[1]
     assert plot.xaxis.axis_label == 'pivot angle within a turn [rad]'
     drawn = np.concatenate(

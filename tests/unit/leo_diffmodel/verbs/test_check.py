@@ -29,8 +29,7 @@ def both(tmp_path_factory):
 
 def test_a_robot_that_only_slides_has_no_angles_and_no_torques(tmp_path, capsys):
     robot = cart(tmp_path)
-    result = check([Bag(record(robot, seconds=10, noise=FINE))], Model(robot))
-    text = said(result, capsys)
+    text = said(check([Bag(record(robot, seconds=10, noise=FINE))], Model(robot)), capsys)
     assert re.search(r'rail: noise \S+ m and \S+ m/s rms', text) and 'position [m]' in text
     assert not re.search(r'\brad\b|\bN m\b|\bangle\b', text)
 

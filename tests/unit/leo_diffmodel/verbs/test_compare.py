@@ -102,8 +102,7 @@ def test_errors_of_many_states_are_whole_in_80_columns(joints, capsys):
 
 
 def test_json_to_stdout_is_the_file(rubbing, tmp_path, capsys):
-    arguments = [str(rubbing), '--model', 'pendulum', '-o', str(tmp_path), '--json']
-    assert main(arguments) == 0
+    assert main([str(rubbing), '--model', 'pendulum', '-o', str(tmp_path), '--json']) == 0
     written = json.loads((tmp_path / 'compare.json').read_text())
     assert json.loads(capsys.readouterr().out) == written
 

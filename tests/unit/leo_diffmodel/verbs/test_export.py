@@ -117,8 +117,7 @@ def test_a_check_prints_the_errors_side_by_side(model, bag_of_it, tmp_path, caps
 
 
 def test_json(model, bag_of_it, tmp_path, capsys):
-    words = [str(model), '-o', str(tmp_path / 'out.sdf'), '--check', bag_of_it, '--json']
-    assert main(words) == 0
+    assert main([str(model), '-o', str(tmp_path / 'out.sdf'), '--check', bag_of_it, '--json']) == 0
     said = json.loads(capsys.readouterr().out)
     assert said['format'] == 'SDF' and said['written_for'].startswith('SDFormat 1.11')
     assert [line.split(' ')[0] for line in said['effects']] == ['viscous_friction']

@@ -65,8 +65,7 @@ def test_the_run_is_that_of_the_command_to_the_byte_and_in_its_words(run, tmp_pa
     data, heard = answer(run, 'backlash'), []
     plan = proposed([str(run), *MODEL], data, heard.append)
     (tmp_path / 'explain.json').write_text(json.dumps(data))
-    words = [str(run), *MODEL, '--explain', str(tmp_path), '-o', str(tmp_path / 'x.csv')]
-    assert main(words) == 0
+    assert main([str(run), *MODEL, '--explain', str(tmp_path), '-o', str(tmp_path / 'x.csv')]) == 0
     said = ' '.join(capsys.readouterr().out.split())
     assert plan.write(tmp_path).read_bytes() == (tmp_path / 'x.csv').read_bytes()
     assert all(' '.join(line.split()) in said for line in plan.words) and len(plan.words) == 2

@@ -16,8 +16,7 @@ def test_the_rules_of_the_answer_are_printed(tmp_path, capsys, monkeypatch, why)
     monkeypatch.setenv('COLUMNS', '200')
     friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.05)
     folder = bag(tmp_path / 'bag', record(TORQUE, friction, seconds=8))
-    words = [str(folder), '--model', 'torque_pendulum', *['--why'][: int(why)]]
-    assert main(words) == 0
+    assert main([str(folder), '--model', 'torque_pendulum', *['--why'][: int(why)]]) == 0
     rows = [line.split('│') for line in capsys.readouterr().out.splitlines() if '│' in line]
     cells = {row[1].strip(): [cell.strip() for cell in row[2:6]] for row in rows}
     assert ('set chosen too seldom' in cells) is why

@@ -168,8 +168,7 @@ def test_the_numbers_have_units_and_are_those_that_are_shown(state):
 
 
 def test_a_bag_held_out_whole_is_what_the_error_is_given_on(data):
-    other = record(TORQUE, seconds=6, seed=5)
-    scene = Scene.of([data], Model('torque_pendulum'), [other])
+    scene = Scene.of([data], Model('torque_pendulum'), [record(TORQUE, seconds=6, seed=5)])
     assert set(scene.held.source) == {1} and set(scene.train.source) == {0}
     assert scene.timeline.length == pytest.approx(15.99 + 5.99)
     assert scene.timeline.words(16.5).startswith(Path('simulated_5').name)

@@ -26,8 +26,7 @@ def test_half_of_the_cases_of_every_robot_come_from_mujoco_and_half_of_the_rest_
 
 
 def test_what_mujoco_has_no_law_for_comes_from_another_integrator():
-    robot = load_robot('pendulum')
-    gap = place(robot, 'backlash', 'pivot', gap=0.02)
+    gap = place(load_robot('pendulum'), 'backlash', 'pivot', gap=0.02)
     assert engine_of(1, False, (gap,)) == ('rk4', 0.0009)
     assert engine_of(1, True, (gap,))[0] == 'rigid'
 
@@ -68,8 +67,7 @@ def test_members_of_a_pair_show_beside_each_other():
 
 
 def test_a_law_outside_the_catalogue_is_hidden_on_every_robot_in_turn():
-    case = draw_case(PENDULUM, 'outside')
-    assert case.effects[0].effect.name == outside.KINDS[1]
+    assert draw_case(PENDULUM, 'outside').effects[0].effect.name == outside.KINDS[1]
 
 
 def test_the_bag_shows_free_motors_and_no_truth(tmp_path):
@@ -106,8 +104,7 @@ def test_a_walker_hangs_stands_and_steps_in_bags_of_their_own(walker, tmp_path):
 def test_an_effect_on_a_walker_has_its_size_along_the_run_it_causes(walker):
     (placed,), (size,) = walker.effects, walker.sizes
     assert 1.0 * np.exp(-0.15) < size < 30.0 * np.exp(0.15)
-    loop = OpenLoop(walker.run, walker.effects)
-    assert loop.size(placed)[0] == pytest.approx(size, rel=1e-9)
+    assert OpenLoop(walker.run, walker.effects).size(placed)[0] == pytest.approx(size, rel=1e-9)
     assert walker.engine[0] == 'mujoco'
 
 

@@ -58,8 +58,7 @@ def test_three_effects_need_a_row_each_in_any_order():
     rows = [row(name, where) for name, where, _ in (third, VISCOUS, SCALE)]
     assert verdict(truth, 'named', *rows)['exact']
     assert not verdict(truth, 'named', *rows[:2])['right']
-    wrong = row('coulomb_friction', 'pivot')
-    assert not verdict(truth, 'named', *rows[:2], wrong)['right']
+    assert not verdict(truth, 'named', *rows[:2], row('coulomb_friction', 'pivot'))['right']
 
 
 def test_pairs_need_a_row_each():

@@ -81,8 +81,7 @@ def test_the_truth_holds_what_is_small_and_the_bag_does_not(case, tmp_path):
 )
 def test_a_sensor_counts_differences_loses_and_stamps_late(sensing):
     sensor, rng, seen = Sensor(sensing, 1), np.random.default_rng(2), []
-    angles = np.cumsum(rng.normal(0, 0.01, 2000))
-    for k, angle in enumerate(angles):
+    for k, angle in enumerate(np.cumsum(rng.normal(0, 0.01, 2000))):
         read = JointStates(k * 10_000_000, ('a',), np.array([angle]), np.array([0.0]))
         seen.append(sensor.published(read))
     kept = [s for s in seen if s is not None]
@@ -316,7 +315,6 @@ def test_a_case_that_ends_with_an_error_ends_no_other(tmp_path, monkeypatch, cap
 
     monkeypatch.setattr(run_cases, 'run_case', failing)
     results = tmp_path / 'results.jsonl'
-    rows = run_cases.run([0, 1, 2], 'small', results)
-    assert [row['seed'] for row in rows] == [0, 2]
+    assert [row['seed'] for row in run_cases.run([0, 1, 2], 'small', results)] == [0, 2]
     assert len(results.read_text().splitlines()) == 2
     assert 'small 1 has no answer: ZeroDivisionError' in capsys.readouterr().err

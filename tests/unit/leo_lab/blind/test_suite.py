@@ -93,10 +93,8 @@ def test_a_tenth_is_the_beginning_of_the_whole_and_has_all_robots_and_engines():
     assert set(tenth) <= set(whole[: round(0.12 * len(whole))])
     fixed = [t for t in tenth if t.robot is None]
     for kind in ('effect', 'none', 'pair', 'small'):
-        drawn = {(robot_name(t.seed), t.seed % 2) for t in fixed if t.kind == kind}
-        assert len(drawn) == 8
-    laws = {t.seed // 8 % len(LAWS) for t in fixed if t.kind == 'outside'}
-    assert len(laws) >= 4
+        assert len({(robot_name(t.seed), t.seed % 2) for t in fixed if t.kind == kind}) == 8
+    assert len({t.seed // 8 % len(LAWS) for t in fixed if t.kind == 'outside'}) >= 4
 
 
 def test_a_suite_goes_on_is_closed_when_it_is_whole_and_told_only_then(few, tmp_path, capsys):

@@ -159,8 +159,7 @@ def test_curves_on_common_steps():
 
 
 def test_the_page_has_what_is_in_and_nothing_else(tmp_path, capsys):
-    cases = EXPERIMENTS['walk'].cases[:2]
-    lines = [line(case, 2500.0 + 100 * case.seed) for case in cases]
+    lines = [line(case, 2500.0 + 100 * case.seed) for case in EXPERIMENTS['walk'].cases[:2]]
     lines[0] |= {'commit': 'c1'}
     (tmp_path / 'leo_walking.jsonl').write_text(''.join(json.dumps(row) + '\n' for row in lines))
     page = tmp_path / 'docs' / 'page.md'

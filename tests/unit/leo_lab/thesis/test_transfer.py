@@ -52,8 +52,7 @@ def test_share_and_robot_time_by_hand():
     share, low, high = transfer_page.share(ROWS)
     assert (share, low, high) == pytest.approx((1.0, 12 / 12.5, 13 / 12.5))
     assert transfer_page.from_scratch(ROWS[0]) == pytest.approx(0.03 * 50_000)
-    never = ROWS[0] | {'reference_curve': [[1000, -5.0]]}
-    assert transfer_page.from_scratch(never) is None
+    assert transfer_page.from_scratch(ROWS[0] | {'reference_curve': [[1000, -5.0]]}) is None
 
 
 def test_table_and_figure(tmp_path):

@@ -32,8 +32,7 @@ def test_seeds_are_those_of_leo_learn_and_none_is_trained_twice(tmp_path, capsys
     assert told['n'] == 2
     assert [row['seed'] for row in told['rows']] == [4, 5]
     assert not (many / 'seed_4').exists()
-    alone = tmp_path / 'alone'
-    assert learn.main([*WORDS[1:], '--seed', '5', '-o', str(alone), '--json']) == 0
+    assert learn.main([*WORDS[1:], '--seed', '5', '-o', str(tmp_path / 'alone'), '--json']) == 0
     assert json.loads(capsys.readouterr().out)['test_return'] == returns(many)[5]
 
 

@@ -39,8 +39,7 @@ def test_networks_start_as_in_the_thesis():
         (critic.hidden[1][0], 401**-0.5),
         (critic.output, 3e-3),
     ):
-        largest = float(layer.weight.detach().abs().max())
-        assert 0.9 * bound < largest <= bound
+        assert 0.9 * bound < float(layer.weight.detach().abs().max()) <= bound
         assert not layer.bias.any()
 
 
@@ -126,10 +125,8 @@ def test_folder_run_writes_curves_policy_checkpoint(tmp_path):
         'losses/actor_loss',
     } <= set(events.Tags()['scalars'])
     assert outcome.finished and outcome.steps == 200 and outcome.policy.is_file()
-    again = learn(Training(Follow(), SMALL, 0), robot, 300, tmp_path, quiet=True)
-    assert again.steps == 300
-    counters = json.loads(next(tmp_path.glob('checkpoint-*/run.json')).read_text())
-    assert counters['steps'] == 300
+    assert learn(Training(Follow(), SMALL, 0), robot, 300, tmp_path, quiet=True).steps == 300
+    assert json.loads(next(tmp_path.glob('checkpoint-*/run.json')).read_text())['steps'] == 300
 
 
 def test_what_was_learned_is_saved_before_an_error(tmp_path):

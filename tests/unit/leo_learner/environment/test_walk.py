@@ -133,8 +133,7 @@ def test_only_walkers_walk():
 def test_the_shipped_policy_walks_and_its_bag_is_read(tmp_path, capsys):
     bag = tmp_path / 'walk'
     assert main(['leo_walk', '--bag', str(bag), '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    [found] = told['walks']
+    [found] = json.loads(capsys.readouterr().out)['walks']
     assert found['distance'] > 15 and found['footsteps'] > 50 and found['passes'] > 50
     assert not found['fell'] and found['seconds'] == pytest.approx(20.01)
     [episode] = read_bag(bag, LEO).episodes

@@ -100,8 +100,7 @@ def test_sarsa_on_other_numbers_is_one_line():
 
 
 def test_policy_of_a_larger_memory_is_refused(tmp_path):
-    env = Sym(ModelEnv(Model('leo_ode')))
-    training = Training(env, Config(memory=2**16), seed=7)
+    training = Training(Sym(ModelEnv(Model('leo_ode'))), Config(memory=2**16), seed=7)
     for x in np.linspace(-1, 1, 50):
         training.agent.tiles.claim(np.full(10, x), 3)
     training.keep()

@@ -128,8 +128,7 @@ def test_policy_file_says_that_it_is_sym(env, tmp_path):
 
 
 def test_policy_files_of_before_are_full(env, tmp_path):
-    training = Training(env.unwrapped, SMALL, seed=1)
-    save_policy(tmp_path / 'policy.safetensors', training, ODE)
+    save_policy(tmp_path / 'policy.safetensors', Training(env.unwrapped, SMALL, seed=1), ODE)
     policy = Policy.load(tmp_path / 'policy.safetensors')
     assert policy.actions == 'full' == actions_of(env.unwrapped)
     assert policy.on(env.unwrapped) is env.unwrapped

@@ -36,8 +36,7 @@ def test_displacements_are_odd_numbers_of_sub_tiles():
             border = tiling * (1 + 2 * dimension) * width / 16
             below, above = np.zeros(3), np.zeros(3)
             below[dimension], above[dimension] = border - 1e-6, border + 1e-6
-            changed = np.flatnonzero(keys(below) != keys(above))
-            assert changed.tolist() == [tiling]
+            assert np.flatnonzero(keys(below) != keys(above)).tolist() == [tiling]
 
 
 def test_number_of_tiles():
@@ -73,8 +72,7 @@ def test_value_is_the_mean_of_the_weights():
     assert values[1] == 7.5
     for action in range(3):
         assert values[action] == pytest.approx(coding.weights[own[action]].mean(), rel=1e-6)
-    near = np.intersect1d(own[0], own[1])
-    assert 0 < len(near) < 16
+    assert 0 < len(np.intersect1d(own[0], own[1])) < 16
 
 
 def test_no_two_tiles_share_a_weight():

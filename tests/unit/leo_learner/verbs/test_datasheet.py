@@ -35,8 +35,7 @@ def written(path, **changed):
 def test_the_motion_is_a_run_file_of_the_robot(tmp_path, capsys):
     file = tmp_path / 'elbow.csv'
     assert main(['--robot', 'so101', '--joint', 'elbow_flex', '--motion', str(file)]) == 0
-    run = read_run(file).run_for(load_robot('so101'))
-    assert run.count > 3000
+    assert read_run(file).run_for(load_robot('so101')).count > 3000
     assert f'next: leo play {file} --bag' in capsys.readouterr().out
 
 

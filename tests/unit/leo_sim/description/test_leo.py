@@ -105,8 +105,7 @@ def test_poses_on_the_ground_touch_it(robot, pose):
 
 def test_on_a_slope_it_starts_on_the_slope():
     uphill = Model(LEO, (place(LEO, 'ground_slope', 'ground', angle=0.1),), engine='rigid')
-    q = uphill.start('standing').q
-    assert Gait(LEO, 0.1).clearance(q) == pytest.approx(0.0, abs=1e-12)
+    assert Gait(LEO, 0.1).clearance(uphill.start('standing').q) == pytest.approx(0.0, abs=1e-12)
     assert max(uphill.contact_forces(uphill.start('standing')).values()) < 1e-6
 
 

@@ -68,8 +68,7 @@ def test_an_encoder_with_an_offset_reads_it_at_angle_0():
 
 
 def test_the_double_pendulum_is_the_published_one():
-    robot = load_robot('double_pendulum')
-    model = Model(robot, engine='rigid')
+    model = Model(load_robot('double_pendulum'), engine='rigid')
     mass, bias = model.rigid.mass_and_bias(np.array([np.pi / 2, 0.0]), np.zeros(2))
     upper, lower, first, second, reach = 0.05472, 0.02522, 0.608, 0.63, 0.3
     coupled = lower + second * reach * 0.166
@@ -89,8 +88,7 @@ def test_start_poses():
     assert -np.pi < angles.min() < -2.9
     assert 2.9 < angles.max() < np.pi
     assert np.abs(rates).max() <= 1
-    again = model.start('random', np.random.default_rng(3))
-    assert again.q == drawn[3].q
+    assert model.start('random', np.random.default_rng(3)).q == drawn[3].q
     with pytest.raises(UserError, match='nominal'):
         model.start('nominl')
 

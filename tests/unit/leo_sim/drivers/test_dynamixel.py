@@ -175,8 +175,7 @@ def test_halt_does_not_wait_for_a_read_that_hangs(leo):
     rig, driver = leo
     driver.write(np.full(6, 2.0))
     rig.until(lambda: np.nanmax(rig.plant.volts) > 1.9)
-    data = driver._bus.packet('goal_pwm', dict.fromkeys(range(1, 7), 0))
-    assert driver._rest == data
+    assert driver._rest == driver._bus.packet('goal_pwm', dict.fromkeys(range(1, 7), 0))
     applied = driver.halt()
     rig.until(lambda: not rig.plant.volts.any())
     assert applied.values.tolist() == 6 * [0.0] and applied.enabled.all()

@@ -85,8 +85,7 @@ def test_connecting_leaves_the_motor_free_and_torque_comes_on_where_the_joint_is
         here = driver.read().position[0]
         assert not driver.write(FREE).enabled.any()
         driver.read()
-        applied = write(driver, 0.05)
-        wait_for_goal(rig, applied.values[0])
+        wait_for_goal(rig, write(driver, 0.05).values[0])
     goals = [value for value in seen if np.isfinite(value)]
     assert seen and np.isnan(seen[0]) and np.abs(np.array(goals) - here).max() < 0.06
     assert memory(rig).get('operating_mode') == MODES[robot.driver.family]['goal_position']
@@ -121,8 +120,7 @@ def test_no_goal_leaves_its_bounds_by_rounding(wanted, zero):
     units = GoalUnits(ARM, ARM.driver.bus.model_copy(update={'servos': servos}))
     found = units.values(units.counts(units.allowed(np.array(wanted), None, None), None), None)
     assert np.all(found >= ARM.bounds[0]) and np.all(found <= ARM.bounds[1])
-    inside = np.clip(wanted, *ARM.bounds)
-    assert np.abs(found - inside).max() <= COUNT
+    assert np.abs(found - np.clip(wanted, *ARM.bounds)).max() <= COUNT
 
 
 def test_halt_frees_while_a_read_hangs(servo, monkeypatch):
@@ -279,8 +277,7 @@ def test_what_of_a_servo_is_not_as_the_model_says_is_a_line_each(robot):
 
 def test_a_register_that_a_servo_has_not_is_neither_asked_for_nor_said(tmp_path):
     robot = robot_with_servo(tmp_path, 'xl330_pendulum', 'XL430-W250')
-    rig = running(robot, SUPPLY)
-    with driven(robot, rig) as driver:
+    with driven(robot, running(robot, SUPPLY)) as driver:
         found = driver.findings()
     said = found.settings['servo 1 (pivot)']
     assert 'current limit' not in said and 'dead zone' not in said and 'P 400, I 0' in said

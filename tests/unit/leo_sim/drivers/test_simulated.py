@@ -89,8 +89,7 @@ def test_zero_volts_brakes_and_a_free_motor_does_not():
         driver.set_torque(True)
         swing(driver, 8, volts=3.0)
         driver.set_torque(driver is braked)
-        applied = driver.write(np.array([0.0]))
-        assert applied.enabled.tolist() == [driver is braked]
+        assert driver.write(np.array([0.0])).enabled.tolist() == [driver is braked]
         swing(driver, 30, volts=0.0)
         speeds.append(abs(driver.read().velocity[0]) + abs(driver.read().position[0] - np.pi))
     assert speeds[0] < 0.8 * speeds[1]

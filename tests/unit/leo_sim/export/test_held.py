@@ -69,8 +69,7 @@ def test_in_a_format(name, format_name):
 
 
 def test_stribeck_friction_keeps_its_level_at_speed():
-    values = {'c': 0.1, 'c_static': 0.3, 'v_s': 0.2}
-    kept, lines = sorted_out('stribeck_friction', values, 'MJCF')
+    kept, lines = sorted_out('stribeck_friction', {'c': 0.1, 'c_static': 0.3, 'v_s': 0.2}, 'MJCF')
     assert kept == ['coulomb_friction']
     assert '0.1 N m at speed' in lines[0]
 
@@ -80,8 +79,7 @@ def test_figures_of_a_slide_are_in_its_units(tmp_path):
     robot = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'voltage').robot
     robot = robot.with_constants({ROTOR: replace(robot.constants[ROTOR], value=0.2)})
     stribeck = place(robot, 'stribeck_friction', 'left', c=0.1, c_static=0.3, v_s=0.2)
-    lines = held(Model(robot, effects=[stribeck]), 'URDF').left_out
-    said = '\n'.join(lines)
+    said = '\n'.join(held(Model(robot, effects=[stribeck]), 'URDF').left_out)
     assert 'holds the 0.1 N at speed' in said
     assert 'rotor inertia of left, 0.2 kg:' in said and ' N/A and ' in said
 
@@ -93,8 +91,7 @@ def test_a_constant_torque_needs_a_motor():
 
 
 def test_urdf_has_friction_inertia_and_the_strength_of_the_motor():
-    model = modelled('servo_pendulum', *IN_BOTH.items(), engine='rigid')
-    root = urdf(held(model, 'URDF').model)
+    root = urdf(held(modelled('servo_pendulum', *IN_BOTH.items(), engine='rigid'), 'URDF').model)
     joint = root.find('joint')
     assert joint.find('dynamics').attrib == {'damping': '0.1', 'friction': '0.1'}
     mass = root.find("link[@name='weight']/inertial/mass")

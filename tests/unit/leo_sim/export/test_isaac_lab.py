@@ -67,8 +67,7 @@ def isaac(monkeypatch):
 
 def loaded(folder: Path, robot: str, *effects, ref: str = 'here'):
     model = modelled(robot, *effects, engine='rigid')
-    made = export(model, ref, FORMATS['isaaclab'], folder / 'arm.py')
-    for path, text in made.texts.items():
+    for path, text in export(model, ref, FORMATS['isaaclab'], folder / 'arm.py').texts.items():
         path.write_text(text, encoding='utf-8')
     spec = importlib.util.spec_from_file_location('exported_arm', folder / 'arm.py')
     found = importlib.util.module_from_spec(spec)

@@ -55,8 +55,7 @@ def by_model(model, state, inputs):
 def by_mujoco(model, state, inputs, held_base=False):
     """The same from the exported file alone, by name, with nothing of ours."""
     loaded = mujoco.MjModel.from_xml_string(written(mjcf(held(model, 'MJCF').model)))
-    names = model.robot.joint_names
-    at = [loaded.joint(name).qposadr[0] for name in names]
+    at = [loaded.joint(name).qposadr[0] for name in model.robot.joint_names]
     if held_base:
         loaded.dof_armature[at[:3]] = 1e4
     data = mujoco.MjData(loaded)

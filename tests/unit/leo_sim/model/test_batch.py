@@ -141,8 +141,7 @@ def test_delay_of_whole_periods_shifts_the_inputs():
 
 
 def test_push_is_a_torque_on_the_links():
-    push = np.full((4, 6, 1), 2e-3)
-    q, _ = rollout(Model(ROBOT), Q0, DQ0, INPUTS, 0.02, push=push)
+    q, _ = rollout(Model(ROBOT), Q0, DQ0, INPUTS, 0.02, push=np.full((4, 6, 1), 2e-3))
     biased = Model(ROBOT, [place(ROBOT, 'bias_torque', 'pivot', t=2e-3)])
     assert q == pytest.approx(rollout(biased, Q0, DQ0, INPUTS, 0.02)[0], abs=1e-12)
 

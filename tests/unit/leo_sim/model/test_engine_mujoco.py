@@ -57,8 +57,7 @@ def run(model, state, inputs, dt):
 
 
 def airborne(rng):
-    low = [-0.5, 0, 0, -1.5, -1.5, -0.8, -0.8]
-    q = rng.uniform(low, [0.5, 1, 1, -0.2, -0.2, 0.8, 0.8])
+    q = rng.uniform([-0.5, 0, 0, -1.5, -1.5, -0.8, -0.8], [0.5, 1, 1, -0.2, -0.2, 0.8, 0.8])
     return State(np.concatenate([[0, 1], q]), rng.normal(0, 3, 9))
 
 

@@ -50,8 +50,7 @@ def test_everything_survives_a_round_trip(tmp_path):
         history=[{'added': 'viscous_friction:pivot', 'bags': ['a'], 'error': 0.1}],
     )
     first = load_model(path)
-    second = load_model(save_model(tmp_path / 'copy.yaml', first))
-    for model in (first, second):
+    for model in (first, load_model(save_model(tmp_path / 'copy.yaml', first))):
         assert model.constants[resistance] == model.robot.actuators[0].resistance == 9.0
         assert model.robot.constants[resistance].uncertain == (8.0, 11.0)
         assert model.effects[0].parameters == {'b': 1e-5}
@@ -64,8 +63,7 @@ def test_everything_survives_a_round_trip(tmp_path):
 def test_every_effect_can_be_written_and_read(tmp_path, name):
     robot = load_robot('leo') if EFFECTS[name].hook == 'ground' else ROBOT
     model = Model(robot, [place(robot, name, 'all')])
-    again = load_model(save_model(tmp_path / 'model.yaml', model))
-    assert again.effects == model.effects
+    assert load_model(save_model(tmp_path / 'model.yaml', model)).effects == model.effects
 
 
 def test_limits_are_read_and_written(tmp_path):
@@ -113,8 +111,7 @@ def test_a_robot_folder_beside_the_file(tmp_path):
         (folder / name).write_text((ROBOT.folder / name).read_text())
     model = load_model(write(tmp_path, robot='mine'))
     assert model.robot.folder == folder
-    saved = save_model(tmp_path / 'new.yaml', model)
-    assert yaml.safe_load(saved.read_text())['robot'] == 'mine'
+    assert yaml.safe_load(save_model(tmp_path / 'new.yaml', model).read_text())['robot'] == 'mine'
 
 
 def with_a_robot_folder(tmp_path):
@@ -126,8 +123,7 @@ def with_a_robot_folder(tmp_path):
 
 
 def test_a_model_and_its_robot_can_move_together(tmp_path):
-    path = with_a_robot_folder(tmp_path)
-    assert yaml.safe_load(path.read_text())['robot'] == '../arm'
+    assert yaml.safe_load(with_a_robot_folder(tmp_path).read_text())['robot'] == '../arm'
     (tmp_path / 'here').rename(tmp_path / 'there')
     moved = load_model(tmp_path / 'there/out/m.yaml')
     assert moved.robot.folder.resolve() == (tmp_path / 'there/arm').resolve()
@@ -227,8 +223,7 @@ def test_units_and_neutral_values_follow_the_robot():
 
 def test_constants_given_to_the_robot_or_the_model_are_written(tmp_path):
     changed = {'gravity': Constant('gravity', 9.8, 'm/s2', (9.7, 9.9))}
-    robot = ROBOT.with_constants(changed)
-    heavier = Model(robot, constants={'links.bob.mass': 0.06})
+    heavier = Model(ROBOT.with_constants(changed), constants={'links.bob.mass': 0.06})
     model = load_model(save_model(tmp_path / 'm.yaml', heavier))
     assert model.robot.constants['gravity'] == changed['gravity']
     assert np.isclose(model.laws.gravity, 9.8) and model.constants['links.bob.mass'] == 0.06
@@ -299,8 +294,7 @@ def test_a_star_stands_for_every_joint_and_gives_way_to_one(tmp_path):
     gains = {n: v for n, v in model.constants.items() if n.endswith('.position_gain')}
     assert gains.pop('actuators.gripper.position_gain') == 4.0
     assert len(gains) == 5 and set(gains.values()) == {3.0}
-    again = load_model(save_model(tmp_path / 'again.yaml', model))
-    assert again.constants == model.constants
+    assert load_model(save_model(tmp_path / 'again.yaml', model)).constants == model.constants
     wrong = write(tmp_path, robot='so101', constants={'actuators.*.position_gian': gain})
     with pytest.raises(UserError, match=r"so101 has no 'actuators\.\*\.position_gian'; did you"):
         load_model(wrong)

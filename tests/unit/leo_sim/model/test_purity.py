@@ -68,8 +68,7 @@ def test_shuffled_order_and_a_second_model_give_the_same_bits(engine):
 
 
 def test_another_process_gives_the_same_bits():
-    folder = __file__.rsplit('/', 1)[0]
-    program = PROGRAM.format(folder=folder, engine='pybullet', count=100)
+    program = PROGRAM.format(folder=__file__.rsplit('/', 1)[0], engine='pybullet', count=100)
     words = [sys.executable, '-c', program]
     other = subprocess.run(words, capture_output=True, text=True, check=True)
     assert other.stdout.strip() == digest(run(model('pybullet'), pairs(), range(100)))

@@ -93,8 +93,7 @@ def _lines(
     if log_format.records:
         yield _entry('records', log_format.records, 'the first list of rows')
     if chosen.time:
-        time = {'column': chosen.time, 'unit': units.time.name}
-        yield _entry('time', time, units.time.why)
+        yield _entry('time', {'column': chosen.time, 'unit': units.time.name}, units.time.why)
     else:
         yield 'time: {period: null}  # no column is named as a time and rises: fill in seconds'
     yield from _part('joints', chosen.joints, units)

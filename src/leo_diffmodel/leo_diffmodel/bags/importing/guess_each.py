@@ -125,8 +125,7 @@ class Units:
 
     @property
     def _open(self) -> list[str]:
-        roles = self.roles.items()
-        return [name for name, r in roles if r.quantity == 'position' and not r.unit]
+        return [name for name, r in self.roles.items() if r.quantity == 'position' and not r.unit]
 
     @property
     def _bodies(self) -> list[Column]:

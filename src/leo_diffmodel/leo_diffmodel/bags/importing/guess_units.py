@@ -53,15 +53,13 @@ def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | N
     Times [s], angles in SI and speeds have shape (T,).
     """
     ratio = _change_over_speed(t, q, dq)
-    agreeing = (n for n in names if 1 / AGREES < ratio / units.parse(n).factor < AGREES)
-    name = next(agreeing, '')
+    name = next((n for n in names if 1 / AGREES < ratio / units.parse(n).factor < AGREES), '')
     return Unit(name, f'in {name} it is the change of the position') if name else None
 
 
 def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
     ratio = _change_over_speed(t, q, dq)
-    agreeing = (n for n in TURNS if 1 / AGREES < ratio * units.parse(n).factor < AGREES)
-    name = next(agreeing, '')
+    name = next((n for n in TURNS if 1 / AGREES < ratio * units.parse(n).factor < AGREES), '')
     return Unit(name, f'its change in {name} is the speed') if name else None
 
 

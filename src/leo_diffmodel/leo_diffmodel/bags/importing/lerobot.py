@@ -109,8 +109,7 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
             )
     table: Table = {}
     for name, columns in wanted.items():
-        values = _numbers(frames[name], len(columns), f'{file}, {name}')
-        table |= zip(columns, values, strict=True)
+        table |= zip(columns, _numbers(frames[name], len(columns), f'{file}, {name}'), strict=True)
     return table
 
 

@@ -45,8 +45,7 @@ def times(
         )
     if rows.size < FEWEST:
         raise UserError(f'{log}: {rows.size} samples with a time; at least {FEWEST} are needed')
-    left = LeftOut({NO_TIME: len(t) - timed.size, REPEATED: timed.size - rows.size})
-    return t[rows], rows, left
+    return t[rows], rows, LeftOut({NO_TIME: len(t) - timed.size, REPEATED: timed.size - rows.size})
 
 
 def _refuse_backwards(log: Path, t: Column, rows: NDArray[np.int64], steps: Column) -> None:

@@ -16,8 +16,7 @@ from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import torque
 from leo_sim.description.robot import Robot
 
-Array = np.ndarray
-Curves = Mapping[str, Array]
+Curves = Mapping[str, np.ndarray]
 NO_CURVES: Curves = {}
 
 

@@ -65,5 +65,4 @@ def _path(lines: list[Array], low: Array, high: Array) -> str:
 
 
 def _ground(slope: float, low: Array, high: Array) -> str:
-    ends = [f'{x:.4g} {-np.tan(slope) * x:.4g}' for x in (low[0], high[0])]
-    return 'M' + 'L'.join(ends)
+    return 'M' + 'L'.join(f'{x:.4g} {-np.tan(slope) * x:.4g}' for x in (low[0], high[0]))

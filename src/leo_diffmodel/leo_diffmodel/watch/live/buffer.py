@@ -102,8 +102,7 @@ class MessageBuffer:
         if topic.type != JOINT_STATE or len(data) < HEADER:
             return True
         sources = self._sources.setdefault((topic.name, joints_text(data)), Sources())
-        present = partial(self.publishers, topic.name)
-        origin = sources.origin(publisher, logged_ns * 1e-9, present)
+        origin = sources.origin(publisher, logged_ns * 1e-9, partial(self.publishers, topic.name))
         if origin is not Origin.OURS:
             self.foreign, self._two = self.foreign + 1, time.monotonic()
         if origin is Origin.OURS_AGAIN:

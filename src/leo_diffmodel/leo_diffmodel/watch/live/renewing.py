@@ -177,8 +177,7 @@ class Renewing:
     def _take(self) -> None:
         assert self._future is not None
         self.news, self._future = self._future.result(), None
-        rest = max(PERIOD - self.news.seconds, REST * self.news.seconds)
-        self._due = time.monotonic() + rest
+        self._due = time.monotonic() + max(PERIOD - self.news.seconds, REST * self.news.seconds)
         if self.news.state is not None and not self.frozen:
             self._state.become(self.news.state)
             if not self._state.player.playing:

@@ -42,8 +42,7 @@ class HorizonView:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        curves = view.against_horizon(state)
-        self._source = ColumnDataSource(curves, name='error against horizon')
+        self._source = ColumnDataSource(view.against_horizon(state), name='error against horizon')
         size = {'height': HEIGHT, 'name': 'horizon plot'}
         self.plot = horizon_canvas(self._source, {n: s for n, s, _ in MODELS}, **size)
         names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]

@@ -80,8 +80,7 @@ class SendView:
         no = button('No', 'no, do not move', live.sending.no, self.refresh, width=80)
         self._words = said(**WIDE, name='sending')
         self._answers = row(yes, no, stylesheets=[look.WRAP])
-        asked = row(self._send, self._answers, stylesheets=[look.WRAP])
-        self.root = look.card(asked, self._words)
+        self.root = look.card(row(self._send, self._answers, stylesheets=[look.WRAP]), self._words)
         self.refresh()
 
     def refresh(self) -> None:

@@ -24,7 +24,6 @@ from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.look import following, legend, ROBOTS, said, small, WIDE
 from leo_diffmodel.watch.state import State
 
-Array = np.ndarray
 ROWS, MOST_JOINTS = 6, 3
 HEIGHT = 268
 BAR = 0.3
@@ -189,7 +188,7 @@ class MissingView:
     def _matters(self, missing: MissingTorque, joint: int) -> tuple[int, int]:
         return joint, binned.that_matters(missing, self._state.scene.model.robot, joint)
 
-    def _draw(self, missing: MissingTorque, curve: Array | None) -> None:
+    def _draw(self, missing: MissingTorque, curve: np.ndarray | None) -> None:
         robot, (joint, number) = self._state.scene.model.robot, self._state.chosen or (0, 0)
         axes, names = binned.variables(missing, robot, joint), robot.joint_names
         number = min(number, len(axes) - 1)

@@ -75,8 +75,7 @@ class NextRunView:
         if self._next.said:
             lines.append(wrong(self._next.said))
         if self._next.words:
-            command = leo(*self._next.recorded)
-            lines.append(Markup('{}: <code>{}</code>').format(ON_ROBOT, command))
+            lines.append(Markup('{}: <code>{}</code>').format(ON_ROBOT, leo(*self._next.recorded)))
         return lines
 
     def _draw(self, robot: Robot, track: Recording) -> None:

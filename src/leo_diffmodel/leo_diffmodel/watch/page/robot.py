@@ -15,8 +15,6 @@ from leo_diffmodel.watch.page.look import following, legend, ROBOTS, said, WIDE
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
 from leo_diffmodel.watch.view import ASPECT, GHOSTS, Stage
 
-Array = np.ndarray
-
 
 class RobotView:
     def __init__(self, state: State) -> None:
@@ -100,7 +98,7 @@ class RobotView:
         if abs(seconds - self._state.player.now) > 1.5 * self._scrub.step:
             self._state.go(seconds)
 
-    def _look_at(self, q: Array) -> None:
+    def _look_at(self, q: np.ndarray) -> None:
         """Keep a robot that walks in the middle."""
         (left, bottom), (right, top) = self._stage.part(q)
         self._x.update(start=left, end=right)

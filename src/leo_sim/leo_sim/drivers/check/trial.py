@@ -61,8 +61,7 @@ class Trial:
         """What a robot rests by while it is moved, (A,): 0, or goals where it was at first."""
         if self.info.goals is None:
             return self.info.rest
-        here = np.asarray(self.read().of(self.info.actuators).position)
-        return np.clip(here, *self.info.goals)
+        return np.clip(np.asarray(self.read().of(self.info.actuators).position), *self.info.goals)
 
     def read(self) -> JointStates:
         return self._patiently(self.driver.read)

@@ -116,8 +116,7 @@ def measure_step(folder: Path) -> tuple[float, float, float]:
         f'integration_step: {step:g}  # s; one control period is off by {100 * error:.1g} % '
         'of its change of speed'
     )
-    text = read_text(folder / 'robot.yaml')
-    write_whole(folder / 'robot.yaml', LINE.sub(line, text))
+    write_whole(folder / 'robot.yaml', LINE.sub(line, read_text(folder / 'robot.yaml')))
     return robot.integration_step, step, error
 
 

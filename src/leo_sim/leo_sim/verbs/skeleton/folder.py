@@ -17,15 +17,8 @@ from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.robot_check import weightless
 from leo_sim.description.servos import Family
 from leo_sim.description.urdf import BOUNDED, Joint, Link
-from leo_sim.verbs.skeleton import robot_yaml
+from leo_sim.verbs.skeleton import figures, robot_yaml
 from leo_sim.verbs.skeleton.description import Description, read_urdf, without
-from leo_sim.verbs.skeleton.figures import (
-    check_masses,
-    doubt,
-    EXACT,
-    gravity_torque,
-    integration_step,
-)
 from leo_sim.verbs.skeleton.mjcf import read_mjcf
 from leo_sim.verbs.skeleton.robot_yaml import actuators, Figures
 
@@ -85,12 +78,12 @@ def make_folder(
         _put(draft, folder)
     robot = load_robot(folder)
     notes = (*description.notes, *_without_stops(robot), *_effects(folder, description, joints))
-    asked = doubt(robot.links, robot.joints, _loads(robot))
+    asked = figures.doubt(robot.links, robot.joints, _loads(robot))
     return Skeleton(robot, (*left, *_unphysical(robot)), notes, (asked,) if asked else ())
 
 
 def _loads(robot: Robot) -> dict[str, float]:
-    return dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
+    return dict(zip(robot.joint_names, figures.gravity_torque(robot).tolist(), strict=True))
 
 
 def _without_stops(robot: Robot) -> list[str]:
@@ -157,13 +150,13 @@ def _drafted(
 
     slides = frozenset(j.name for j in moving if j.kind == 'prismatic')
     robot = write(actuators(description, zero, kind, slides))
-    check_masses(robot, str(source))
+    figures.check_masses(robot, str(source))
     motors = actuators(description, _loads(robot), kind, slides)
     robot = write(motors)
-    timing['step'], error = integration_step(robot)
+    timing['step'], error = figures.integration_step(robot)
     reason = f'one control period is off by {100 * error:.1g} % of its change of speed'
     left = _open(description, motors, kind)
-    if error >= EXACT:
+    if error >= figures.EXACT:
         left.append(
             'integration_step: a stiff robot, even the shortest step tried is not exact; are '
             'masses and limits right?'

@@ -64,8 +64,7 @@ def test_per_cent_becomes_the_angles_that_the_counts_were(tmp_path, robot_type, 
     (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / place).write_text(json.dumps(calibration(drive_mode)))
     robot = load_robot('so101')
-    file = guess_map(folder, tmp_path / 'map.yaml', robot, 'so101')
-    mapping = load_map(file)
+    mapping = load_map(guess_map(folder, tmp_path / 'map.yaml', robot, 'so101'))
     ((_, table),), _ = episodes_of([folder], mapping, join=False)
     q = {name: c.position.values(table, 'position', '') for name, c in mapping.joints.items()}
     goals = mapping.inputs['shoulder_pan']['position'].values(table, 'position', '')

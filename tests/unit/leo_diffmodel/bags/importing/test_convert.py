@@ -91,8 +91,7 @@ def test_matlab_cells_are_episodes(tmp_path):
     scipy.io.savemat(tmp_path / 'log.mat', {'Y': cells})
     text = "fields: {a: 'Y[*][0]', r: 'Y[*][1]'}\ntime: {period: 0.5}\n"
     text += 'joints: {pivot: {position: a, velocity: r}}\n'
-    column_map = write(tmp_path, 'map.yaml', text)
-    bag = import_logs([tmp_path / 'log.mat'], column_map, tmp_path / 'bag')
+    bag = import_logs([tmp_path / 'log.mat'], write(tmp_path, 'map.yaml', text), tmp_path / 'bag')
     first, second = read_bag(bag, PENDULUM).episodes
     assert first.q[:, 0].tolist() == [1.0, 2.0, 3.0] and first.dq[:, 0].tolist() == [4.0, 5.0, 6.0]
     assert second.q[:, 0].tolist() == [7.0, 8.0] and np.diff(second.t).tolist() == [0.5]

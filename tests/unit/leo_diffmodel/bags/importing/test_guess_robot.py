@@ -77,8 +77,7 @@ def _another_folder(tmp_path):
 )
 def test_a_joint_that_turns_round_is_in_the_unit_of_its_speed(tmp_path, head, scale, unit):
     log = log_of(tmp_path / 'log.csv', head, T, scale * ANGLE, 40 * np.cos(T) * 30 / np.pi)
-    joints = said(log, str(bench(tmp_path)))['joints']
-    assert joints['shaft']['position']['unit'] == unit
+    assert said(log, str(bench(tmp_path)))['joints']['shaft']['position']['unit'] == unit
 
 
 def test_a_slide_is_in_metres_and_newtons_even_where_nothing_says_so(tmp_path):

@@ -223,8 +223,7 @@ def test_an_episode_twice_is_refused(tmp_path, files, message):
     ],
 )
 def test_names_nested_in_lists_and_features_called_actions_and_state(data, names):
-    info = json.loads((data / 'meta/info.json').read_text())
-    features = info['features']
+    features = json.loads((data / 'meta/info.json').read_text())['features']
     features['actions'] = features.pop('action') | {'names': names}
     features['state'] = features.pop('observation.state') | {'names': names}
     change(data, features=features)

@@ -48,8 +48,7 @@ def test_a_line_for_each_log_says_which_rows_are_left_out(tmp_path, capsys):
         f'{logs[0]}: 4 of 7 rows left out: 1 without a time, 1 with the time of the row before, '
         '2 without a number for q or dq'
     )
-    lines = capsys.readouterr().out.splitlines()
-    assert [line for line in lines if 'left out' in line] == [left]
+    assert [line for line in capsys.readouterr().out.splitlines() if 'left out' in line] == [left]
     assert verb.main([*words, str(tmp_path / 'other'), '--json']) == 0
     assert json.loads(capsys.readouterr().out)['bags'][0]['left_out'] == [left]
 
@@ -67,8 +66,7 @@ def test_a_column_of_the_motor_that_drives_nothing_may_hold_no_number(tmp_path):
     (log,) = written(tmp_path, driven=HEAD + '0,0,,1,1\n1,1,,1,1\n2,2,,1,1\n')
     (tmp_path / 'map.yaml').write_text(MAP.replace('supply_voltage: half', 'supply_voltage: dq'))
     bag = import_logs([log], tmp_path / 'map.yaml', tmp_path / 'bag')
-    recording = read_bag(bag, load_robot('pendulum'))
-    assert recording.input == 'voltage'
+    assert read_bag(bag, load_robot('pendulum')).input == 'voltage'
 
 
 GOOD, BAD = 't,q\n0,1\n1,2\n', 't,q\n0,1\n1,x\n'

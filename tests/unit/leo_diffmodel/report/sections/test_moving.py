@@ -45,6 +45,5 @@ def test_a_model_that_runs_away_stays_in_finite_numbers():
 
 def test_the_page_escapes_the_title_and_needs_no_network(tmp_path):
     robot = load_robot('double_pendulum')
-    section = moving.section(stretch(robot, 2), robot, '<b>bag</b>')
-    html = page.render('t', 's', [section])
+    html = page.render('t', 's', [moving.section(stretch(robot, 2), robot, '<b>bag</b>')])
     assert '&lt;b&gt;bag' in html and '<b>bag' not in html and 'http' not in html

@@ -93,8 +93,7 @@ def test_another_robot_is_known_by_its_name_or_its_joints(contents, model, named
 
 @pytest.mark.parametrize('named', ['', 'torque_pendulum', 'a_folder/elsewhere'])
 def test_a_robot_that_names_no_other_one_is_taken(source, contents, named):
-    heard = replace(contents[0], metadata={'leo': {'robot': named}})
-    assert source.scene(heard).recordings
+    assert source.scene(replace(contents[0], metadata={'leo': {'robot': named}})).recordings
 
 
 @pytest.fixture(scope='module')
@@ -117,8 +116,7 @@ def test_a_model_that_was_fitted_takes_most_of_the_error(recording, fitted):
 
 def test_without_weights_and_for_another_robot_there_is_none(recording, fitted):
     assert Sharer(MODEL).share(b'', recording) is None
-    other = replace(fitted, robot='pendulum')
-    assert Sharer(MODEL).share(other.to_bytes(), recording) is None
+    assert Sharer(MODEL).share(replace(fitted, robot='pendulum').to_bytes(), recording) is None
 
 
 def test_weights_that_are_none_are_refused(recording):

@@ -48,8 +48,7 @@ def click(page, name):
 def test_it_is_sent_only_after_a_question_that_says_whether_it_is_recorded(page):
     assert not page.view._answers.visible and widget(page, 'send').visible
     click(page, 'send')
-    asked = widget(page, 'sending').text
-    assert 'will move for 2 s: &#34;steps&#34;. It is not recorded' in asked
+    assert 'will move for 2 s: &#34;steps&#34;. It is not recorded' in widget(page, 'sending').text
     page.live.recording.on = True
     assert 'recorded into out/run' in widget(page, 'sending').text
     assert page.view._answers.visible and widget(page, 'send').disabled and page.sent == []

@@ -132,8 +132,7 @@ def test_only_this_machine_can_ask(url):
 def test_numbers_and_a_copy_can_be_taken_away(url):
     numbers = urlopen(f'{url}numbers.csv', timeout=PATIENCE).read().decode()
     assert numbers.startswith('what,of,at,at_unit,as_given,now,noise_floor,unit\n')
-    copy = urlopen(f'{url}copy.html', timeout=PATIENCE).read().decode()
-    links, text = read(copy)
+    links, text = read(urlopen(f'{url}copy.html', timeout=PATIENCE).read().decode())
     assert [u for u in links.urls if not u.startswith('data:')] == []
     assert 'noise floors' in text
 

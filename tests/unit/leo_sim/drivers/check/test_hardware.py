@@ -111,8 +111,7 @@ def test_lost_packets_are_counted_not_held_against_it(rig):
 
 
 def test_the_driver_is_stopped_whatever_happens(rig):
-    driver = rig(Gone)
-    examine(Trial(driver, PENDULUM, computer=CLOCK))
+    examine(Trial(rig(Gone), PENDULUM, computer=CLOCK))
     assert Path('calls').read_text().split()[-1] == 'stop'
 
 
@@ -177,8 +176,7 @@ def on_bus(name, robot, bus=None):
     ],
 )
 def test_the_drivers_pass_on_the_emulated_bus(tmp_path, like, family, model):
-    robot = robot_with_servo(tmp_path, like, model, family, direction=-1)
-    assert on_bus(family, robot) == {}
+    assert on_bus(family, robot_with_servo(tmp_path, like, model, family, direction=-1)) == {}
 
 
 def test_a_servo_that_is_turned_around_is_found_out(tmp_path):
@@ -208,5 +206,4 @@ def test_the_driver_that_the_docs_show_passes(tmp_path):
     page = (ROOT / 'docs/your_driver.md').read_text()
     file = tmp_path / 'my_driver.py'
     file.write_text(page.split('```python\n')[1].split('```')[0])
-    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XL330-M288')
-    assert on_bus(str(file), robot) == {}
+    assert on_bus(str(file), robot_with_servo(tmp_path, 'servo_pendulum', 'XL330-M288')) == {}

@@ -23,8 +23,7 @@ def simulated(kind=SimulatedDriver, robot=PENDULUM):
 
 
 def test_the_simulated_driver_passes_everything_that_can_be_tried():
-    results = examine(Trial(simulated(), PENDULUM, FULL))
-    verdicts = {r.name: r.verdict for r in results}
+    verdicts = {r.name: r.verdict for r in examine(Trial(simulated(), PENDULUM, FULL))}
     assert len(verdicts) == len(CHECKS) and FAILED not in verdicts.values()
     assert verdicts['signs and units'] == verdicts['limits'] == PASSED
 

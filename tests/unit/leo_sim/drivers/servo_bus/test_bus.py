@@ -24,17 +24,7 @@ from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_model, servo_models
 from leo_sim.drivers.base import DriverOptions, TransientFault
 from leo_sim.drivers.listening import answering_time, GONE
-from leo_sim.drivers.servo_bus import feetech
-from leo_sim.drivers.servo_bus.dynamixel import (
-    encoded,
-    FRAMING,
-    HEADER,
-    PING,
-    status,
-    stuffed,
-    SYNC_READ,
-    unstuffed,
-)
+from leo_sim.drivers.servo_bus import dynamixel, feetech
 from leo_sim.drivers.servo_bus.line import BROADCAST, Line, Packet, Reader, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant, SLICE
 from leo_sim.drivers.servo_bus.rig import Terminal
@@ -91,9 +81,9 @@ def in_pwm_mode(port, servo):
 @given(st.lists(st.sampled_from([0xFF, 0xFD, 0x00, 0x55]), max_size=40))
 def test_the_sdk_stuffs_the_same_way(values):
     body = bytes(values)
-    assert unstuffed(stuffed(body)) == body
+    assert dynamixel.unstuffed(dynamixel.stuffed(body)) == body
     packet = [0xFF, 0xFF, 0xFD, 0, 3, len(body) + 3, 0, 0x02, *body, 0, 0]
-    assert bytes(SDK.addStuffing(packet)[7:-2]) == stuffed(b'\x02' + body)
+    assert bytes(SDK.addStuffing(packet)[7:-2]) == dynamixel.stuffed(b'\x02' + body)
 
 
 def feetech_encoded(packet):
@@ -102,7 +92,10 @@ def feetech_encoded(packet):
 
 @pytest.mark.parametrize(
     ('framing', 'encode', 'rubbish'),
-    [(FRAMING, encoded, b'\xff\x00\xff'), (feetech.FRAMING, feetech_encoded, b'\x01\xff\x02')],
+    [
+        (dynamixel.FRAMING, dynamixel.encoded, b'\xff\x00\xff'),
+        (feetech.FRAMING, feetech_encoded, b'\x01\xff\x02'),
+    ],
 )
 @given(
     st.lists(st.builds(Packet, st.integers(0, 252), st.integers(0, 254), st.binary(max_size=20))),
@@ -273,7 +266,7 @@ def test_behind_a_silent_servo_all_are_silent(rig, port):
 @pytest.mark.parametrize('trouble', ['lose', 'cut', 'wrong_crc', 'rubbish', 'late'])
 def test_troubles_are_as_frequent_as_asked(trouble):
     line = Line(1e6, Trouble(**{trouble: 0.3}), seed=1)
-    sent = encoded(status(1, 0, bytes(20)))
+    sent = dynamixel.encoded(dynamixel.status(1, 0, bytes(20)))
     bad = sum(line.carried(sent) != (sent, 0.0) for _ in range(2000))
     assert 500 < bad < 700
 
@@ -311,7 +304,7 @@ def terminal():
 def ask(terminal, theirs, packet):
     """Send an instruction and have it heard."""
     before = terminal._last_bytes
-    os.write(theirs, encoded(packet))
+    os.write(theirs, dynamixel.encoded(packet))
     while terminal._last_bytes == before:
         terminal.step()
 
@@ -327,7 +320,7 @@ def test_an_answer_is_late_by_the_time_for_which_the_servos_listened(terminal):
     assert late() - began == pytest.approx(SLICE, abs=1e-6)
     terminal._line.trouble.late, terminal._line.trouble.late_by = 1.0, 0.3
     before, ours = late(), clock.monotonic()
-    ask(terminal, theirs, Packet(1, PING))
+    ask(terminal, theirs, Packet(1, dynamixel.PING))
     assert late() - before == pytest.approx(clock.monotonic() - ours, abs=SLICE + 1e-3)
     assert late() - before > 0.3
     dead = late()
@@ -336,7 +329,7 @@ def test_an_answer_is_late_by_the_time_for_which_the_servos_listened(terminal):
 
 
 def test_a_whole_answer_is_taken_however_late_this_process_looks(rig, port):
-    SDK.txPacket(port, [0xFF, 0xFF, 0xFD, 0, 1, 3, 0, PING, 0, 0])
+    SDK.txPacket(port, [0xFF, 0xFF, 0xFD, 0, 1, 3, 0, dynamixel.PING, 0, 0])
     port.setPacketTimeout(14)
     rig.computer.sleep(1.0)
     assert SDK.rxPacket(port, False)[1] == COMM_SUCCESS
@@ -351,7 +344,7 @@ def test_rubbish_without_an_end_ends(rig, port, monkeypatch):
 
 def test_a_cable_out_of_the_computer_is_no_port(terminal):
     terminal, theirs = terminal
-    ask(terminal, theirs, Packet(1, PING))
+    ask(terminal, theirs, Packet(1, dynamixel.PING))
     terminal.order(terminal.unplug)
     terminal.step()
     assert terminal.port == ''
@@ -361,8 +354,8 @@ def test_a_cable_out_of_the_computer_is_no_port(terminal):
     terminal.order(terminal.plug)
     terminal.step()
     again = os.open(terminal.port, os.O_RDWR)
-    ask(terminal, again, Packet(1, PING))
-    assert os.read(again, 100)[:4] == HEADER
+    ask(terminal, again, Packet(1, dynamixel.PING))
+    assert os.read(again, 100)[:4] == dynamixel.HEADER
     os.close(again)
 
 
@@ -370,13 +363,15 @@ def test_servos_answer_one_after_another_as_their_bytes_take(terminal, monkeypat
     """At 9600 baud a status of 13 bytes takes 13.5 ms, and none is there before its bytes."""
     terminal, theirs = terminal
     written, clock = [], terminal._computer
-    packet = Packet(BROADCAST, SYNC_READ, bytes([R['present_pwm'].address, 0, 2, 0, *LEGS]))
-    os.write(theirs, encoded(packet))
+    packet = Packet(
+        BROADCAST, dynamixel.SYNC_READ, bytes([R['present_pwm'].address, 0, 2, 0, *LEGS])
+    )
+    os.write(theirs, dynamixel.encoded(packet))
     monkeypatch.setattr(os, 'write', lambda _, data: written.append((clock.monotonic(), data)))
     while not written:
         terminal.step()
     assert [data[4] for _, data in written] == [*LEGS]
-    sent, answer = (len(encoded(packet)), 13)
+    sent, answer = (len(dynamixel.encoded(packet)), 13)
     due = (sent + answer * np.arange(1, len(LEGS) + 1)) * BITS / 9600
     delays = 250 * 2e-6 * np.arange(1, len(LEGS) + 1)
     assert [at for at, _ in written] == pytest.approx(due + delays)

@@ -63,10 +63,8 @@ def test_one_joint_is_a_robot_too(tmp_path):
 
 
 def test_the_urdf_gives_limits_and_motor_figures(tmp_path):
-    torque = make_folder(ARM, tmp_path / 'torque', 'torque').robot
-    assert torque.limits.tolist() == [1.0, 1.0, 1.0]
-    volts = make_folder(ARM, tmp_path / 'volts', 'voltage').robot
-    for a in volts.actuators:
+    assert make_folder(ARM, tmp_path / 'torque', 'torque').robot.limits.tolist() == [1.0, 1.0, 1.0]
+    for a in make_folder(ARM, tmp_path / 'volts', 'voltage').robot.actuators:
         assert a.torque_constant * a.limit / a.resistance == pytest.approx(1.0, rel=0.01)
         assert a.limit / a.torque_constant == pytest.approx(4.8, rel=0.01)
 
@@ -102,8 +100,7 @@ def chain(count: int) -> str:
 
 
 def test_without_an_effort_gravity_says_what_the_motor_must_hold(tmp_path):
-    urdf = changed(tmp_path, ('effort="1" ', ''))
-    made = make_folder(urdf, tmp_path / 'arm', 'torque')
+    made = make_folder(changed(tmp_path, ('effort="1" ', '')), tmp_path / 'arm', 'torque')
     load = np.abs(Model(made.robot, engine='rigid').rigid.load(np.array([[0.0, np.pi / 2, 0.0]])))
     assert made.robot.limits[1] > 1.9 * load[0, 1]
     assert made.robot.limits[0] == 1.0  # a vertical axis: gravity asks nothing of it
@@ -130,8 +127,7 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
     assert 'mesh' not in made.robot.urdf and 'transmission' not in made.robot.urdf
     (note,) = (note for note in made.notes if 'leo add' in note)
     *_, command = note.partition('leo ')
-    words = shlex.split(command)[:-1]
-    assert main([*words, str(tmp_path / 'model.yaml')]) == 0
+    assert main([*shlex.split(command)[:-1], str(tmp_path / 'model.yaml')]) == 0
     effects = load_model(tmp_path / 'model.yaml').effects
     assert [placed.where for placed in effects] == [(joint,) for joint in JOINTS]
     assert all(placed.parameters == {'c': 0.02} for placed in effects)

@@ -42,8 +42,7 @@ def test_figures_of_a_slide_are_from_its_force_and_speed(tmp_path):
 
 
 def test_a_hinge_keeps_those_of_turning(tmp_path, capsys):
-    robot = initiated(tmp_path, CLAW, 'torque')
-    assert robot.constants['actuators.left.limit'].unit == 'N m'
+    assert initiated(tmp_path, CLAW, 'torque').constants['actuators.left.limit'].unit == 'N m'
     out = capsys.readouterr().out
     assert '  left: from -2.5 to 2.5 rad, starts at 0 rad, takes up to 0.3 N m' in out
     assert '  bend: moves with left, -0.5 times as far' in out
