@@ -40,7 +40,8 @@ class Handle:
     def of(cls, parameter: Parameter) -> Self:
         """A handle of a parameter; an angle without limits turns once."""
         low = parameter.low if isfinite(parameter.low) else -pi
-        return cls(parameter, low, parameter.high if isfinite(parameter.high) else pi)
+        high = parameter.high if isfinite(parameter.high) else pi
+        return cls(parameter, low, high)
 
     @property
     def anchor(self) -> float:

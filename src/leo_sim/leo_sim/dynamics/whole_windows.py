@@ -3,9 +3,10 @@
 
 What `substep.integrate` does one sample period after the other. Commands and sensors may have a
 memory, as no motion changes what they remember or is changed by it; of what acts on the joints
-only play in the gear has one here. What changes with the rates alone, and linearly, while the
-input is held (`Laws.steady`) is found once for all samples; other laws are asked in every substep,
-by their compiled functions. NumPy's overhead per substep is most of the time of a small robot:
+only play in the gear has one here, and laws that remember the time alone. What changes with the
+rates alone, and linearly, while the input is held (`Laws.steady`), or with the time, is found once
+for all samples or substeps; other laws are asked in every substep, by their compiled functions.
+NumPy's overhead per substep is most of the time of a small robot:
 there this is several times as fast (benchmarks/whole_windows.py).
 """
 
@@ -172,7 +173,8 @@ def _driving(
     shape = (count, *(1,) * (2 - len(lead)), *lead)
     *torques, level = _torques(laws, size, cut, memory)
     driven = (every_row(part, shape, size) for part in torques)
-    levels = every_row(level, shape, size) if laws.timed else rows(level, lead, size)[None]
+    varies = np.ndim(level) > 3  # from piece to piece
+    levels = every_row(level, shape, size) if varies else rows(level, lead, size)[None]
     rotor = rows(laws.rotor_inertia, lead, size)
     h = every_row(cut.h[:, None, :, None], shape, 1)[..., 0]
     return Driving._make((*driven, levels, rotor, *stops, h, cut.parts, cut.first))

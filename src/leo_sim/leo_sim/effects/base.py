@@ -59,8 +59,8 @@ class Effect:
     # the torque hook changes the motor's own torque, which later effects see; actuated joints only
     motor_side: bool = False
     # what the torque hook returns changes with the rates and the motor's own torque alone,
-    # linearly (dry friction: not in size), and with the time where it is `timed`, so that it is
-    # asked once per sample period
+    # linearly (dry friction: not in size), so that it is asked once per sample period; of one that
+    # is `timed` with the time too, which is all that it remembers, and it is asked at each substep
     steady: bool = False
     # the command hook changes its result while the input is held; the sensor hook has a memory
     dynamic: ClassVar[bool] = False

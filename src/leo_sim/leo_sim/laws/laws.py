@@ -84,10 +84,10 @@ class Laws:
             if robot.input == 'position'
             else None
         )
-        # while the input is held, torques change with the rates alone, linearly
         self.timed = any(u.effect.timed for u in self._remembering)  # a torque law knows the time
+        # while the input is held, torques change with the rates alone, linearly
         self.steady = not (self.dynamic or self.bent or self.servos or self.timed)
-        # a torque law has a memory of the motion
+        # a torque law has a memory that is not the time alone, or is not steady in it
         self.recalls = any(not (u.effect.timed and u.effect.steady) for u in self._remembering)
         self.remembers = bool(self._remembering) or self.sensors.dynamic  # or a sensor law
 

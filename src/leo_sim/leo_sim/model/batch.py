@@ -150,7 +150,7 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
             if laws.gap is not None:
                 angles = true[k][0] + (i + 0.5) * h * rate
                 memory = _play(model, memory, angles, rate, Period(u, on, h, 1))
-        memory = {**memory, TIME: memory[TIME] + h * count}
+            memory = {**memory, TIME: memory[TIME] + h}
     return memory, recalled
 
 

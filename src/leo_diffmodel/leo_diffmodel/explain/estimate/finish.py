@@ -90,7 +90,7 @@ def _profiled(problem: Problem, fitted: Fit) -> Fit:
         if problem.late():
             break
         least, begin = fitted.lost(problem.train) - _tolerance(problem, fitted), None
-        weighed = replace(problem, typical=fitted.typical).roughly(*fitted.point)
+        weighed = replace(problem, typical=fitted.typical)
         values = _profile(fitted, problem.numerics.profile)
         for theta in takewhile(lambda _: not problem.late(), values):
             settled = settle(weighed, fitted.hypothesis, theta, (fitted.start,))
@@ -147,8 +147,8 @@ def _found(problem: Problem, rest: Fit, own: Hypothesis, theta: Array | None) ->
     part = problem.fixed(rest.hypothesis, rest.theta).take(outside)
     found = fit(replace(part, train=problem.telling[outside]), own, theta, rest.start[outside])
     starts, everywhere = rest.start.copy(), np.ones(len(outside), dtype=bool)
-    begun, whole = (found.start, part.windows.measured[:, 0]), replace(part, train=everywhere)
-    starts[outside] = settle(whole.roughly(*found.point), own, found.theta, begun).start
+    begun = found.start, part.windows.measured[:, 0]
+    starts[outside] = settle(replace(part, train=everywhere), own, found.theta, begun).start
     return found, starts
 
 

@@ -2,7 +2,6 @@
 """Fit a hypothesis to the training windows; the start states of all windows follow."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -58,10 +57,9 @@ def fit(
     numerics = problem.numerics
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     start = problem.first if start is None else start
-    quick = problem.roughly(hypothesis, theta, start)
-    begun = settle(quick, hypothesis, theta, problem.begins(start), by_start)
+    begun = settle(problem, hypothesis, theta, problem.begins(start), by_start)
     nearby = None if thorough else begun.by_start
-    at = _Point(quick, hypothesis, theta, begun.start, by_start=nearby)
+    at = _Point(problem, hypothesis, theta, begun.start, by_start=nearby)
     damping, settled, ended = numerics.damping, False, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
@@ -73,17 +71,14 @@ def fit(
             at = there or at
             break
         settled = there is None
-        at = there or at.checked(problem, _enough(numerics, numerics.step_nats, thorough))
-    exact = at.problem is problem and not at.chord
-    last = at if exact else at.to(at.theta, at.start, problem=problem)
-    return replace(last.as_fit(), ended=ended)
+        at = there or at.to(at.theta, at.settled(_enough(numerics, numerics.step_nats, thorough)))
+    return replace((at.to(at.theta, at.start) if at.chord else at).as_fit(), ended=ended)
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
     weighed, hypothesis = replace(problem, typical=fitted.typical), fitted.hypothesis
-    quick = weighed.roughly(*fitted.point)
-    start = settle(quick, hypothesis, fitted.theta, problem.begins(fitted.start)).start
+    start = settle(weighed, hypothesis, fitted.theta, problem.begins(fitted.start)).start
     errors = conditional_errors(fitted.columns[problem.train])
     found = _Point(problem, hypothesis, fitted.theta, start, errors).as_fit()
     names = ('theta', 'covariance', 'beyond', 'certificate')
@@ -126,10 +121,9 @@ def _advanced(at: '_Point', damping: float, thorough: bool) -> 'tuple[_Point | N
     None where no step promises anything. Where a step saves less than half of its promise, the
     start states are settled.
     """
-    problem, numerics = at.quick, at.problem.numerics
-    harder, corrected = numerics.harder, problem is not at.problem
-    least = numerics.step_nats * (numerics.inexact if corrected else 1.0)
-    while (step := at.step(damping)).promised > least:
+    problem, numerics = at.problem, at.problem.numerics
+    harder = numerics.harder
+    while (step := at.step(damping)).promised > numerics.step_nats:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
         nearby = None if thorough else at.linear.by_start
         saved = at.saved(problem.fixed(at.hypothesis, theta).residual(start))
@@ -218,47 +212,19 @@ class _Point:
         behind = self.lost - rival
         return before.lost - self.lost < self.problem.numerics.hopeless * behind
 
-    @cached_property
-    def quick(self) -> Problem:
-        """The problem integrated roughly, plus what the fine step adds here."""
-        if self.linear.rough is self.linear.residual:
-            return self.problem
-        added = self.linear.residual - self.linear.rough
-        return replace(self.problem, base=self.problem.rough, rough_step=None, added=added)
-
     @property
     def weighed(self) -> Problem:
-        return replace(self.quick, typical=self.typical)
+        return replace(self.problem, typical=self.typical)
 
-    def checked(self, problem: Problem, nats: float) -> '_Point':
-        """As it is, integrated finely, with the start states that fit best there.
+    def settled(self, nats: float) -> Array:
+        """The start states that fit best here, which together promise no more, (W, 2J)."""
+        weighed, begins = self.weighed, self.problem.begins(self.start)
+        return settle(weighed, self.hypothesis, self.theta, begins, nats=nats).start
 
-        What the fine step adds moves them, and is another where they moved to.
-        """
-        at, begins = self, self.problem.begins(self.start)
-        for _ in range(problem.numerics.rounds):
-            by_start = None if at.chord else at.linear.by_start
-            settled = settle(at.weighed, at.hypothesis, at.theta, begins, by_start, nats)
-            saved = at.saved(settled.residual)
-            if at.problem is problem and saved <= problem.numerics.step_nats:
-                break
-            at = at.to(at.theta, settled.start, problem=problem)
-            begins = (at.start,)
-        return at
-
-    def to(
-        self,
-        theta: Array,
-        start: Array,
-        by_start: Array | None = None,
-        problem: Problem | None = None,
-    ) -> '_Point':
-        """The hypothesis at other values, moved by the standard errors here for its columns.
-
-        In another problem, or integrated roughly, plus what the fine step adds here.
-        """
+    def to(self, theta: Array, start: Array, by_start: Array | None = None) -> '_Point':
+        """The hypothesis at other values, moved by the standard errors here for its columns."""
         errors = conditional_errors(self.slope[self.problem.train])
-        return _Point(problem or self.quick, self.hypothesis, theta, start, errors, by_start)
+        return _Point(self.problem, self.hypothesis, theta, start, errors, by_start)
 
     def saved(self, residual: Array) -> float:
         """What another residual (W, N) saves of that here, no window out of line [nats]."""

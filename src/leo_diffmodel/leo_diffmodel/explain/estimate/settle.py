@@ -3,6 +3,8 @@
 
 Levenberg-Marquardt on the 2J numbers of all windows at once. The sensitivity may be that of an
 earlier point (a chord); it is found again where a step saves less than half of what it promises.
+On the way windows are integrated as roughly as sensitivities are, plus what the fine step adds at
+their begin; at the end they are predicted finely.
 """
 
 from collections.abc import Sequence
@@ -58,15 +60,18 @@ def settle(
 
 class _Settling:
     def __init__(self, fixed: Problem, start: Array, by_start: Array | None):
-        self._fixed = fixed
+        self._fixed, self._rough = fixed, fixed.roughly
         known = fixed.by_start if by_start is None else by_start
         if known is None:
             linear = _linearised(fixed, start)
             residual, known = linear.residual, linear.by_start
         else:
             residual = fixed.residual(start)
-        first = start, self._lost(residual), residual, known
-        self._at = Settled(*(part.copy() for part in first))
+        self._first = Settled(start, self._lost(residual), residual, known)
+        self._at = Settled(*(x.copy() for x in vars(self._first).values()))
+        self._added: Array | None = None
+        if self._rough is not fixed:
+            self._added = residual - self._rough.residual(start)
         self._fresh = np.full(len(start), by_start is None or fixed.by_start is not None)
 
     def settled(self, enough: float) -> Settled:
@@ -80,7 +85,19 @@ class _Settling:
             if not going.size:
                 break
             going = going[self._step(going, steps[:, worth], promised[worth])]
-        return self._at
+        return self._at if self._added is None else self._checked()
+
+    def _checked(self) -> Settled:
+        first, at = self._first, self._at
+        residual = self._fixed.residual(at.start)
+        loss = self._lost(residual)
+        better = loss < first.loss
+        return Settled(
+            np.where(better[:, None], at.start, first.start),
+            np.where(better, loss, first.loss),
+            np.where(better[:, None], residual, first.residual),
+            at.by_start,
+        )
 
     def _planned(self, index: Array, dampings: Sequence[float]) -> tuple[Array, Array]:
         """The next steps of some windows, (D, w, 2J), and what the first promises [nats]."""
@@ -97,7 +114,9 @@ class _Settling:
     def _step(self, index: Array, steps: Array, promised: Array) -> Array:
         """Move the windows by their best step; which of them may have another one, (w,)."""
         at, starts = self._at, self._at.start[index] + steps
-        residuals = self._fixed.take(index).residual(starts)
+        residuals = self._rough.take(index).residual(starts)
+        if self._added is not None:
+            residuals += self._added[index]
         losses = self._lost(residuals)
         best = losses.argmin(axis=0), np.arange(len(index))
         gained = at.loss[index] - losses[best]
@@ -111,7 +130,7 @@ class _Settling:
         first, self._fresh[moved] = len(steps) == 1, False
         if stale.any():
             again = index[stale]
-            at.by_start[again] = _linearised(self._fixed.take(again), at.start[again]).by_start
+            at.by_start[again] = _linearised(self._rough.take(again), at.start[again]).by_start
             self._fresh[again] = True
         return better | stale | first
 

@@ -56,8 +56,6 @@ class Problem:
     typical: Array | None = None
     # integration step with which sensitivities are found [s]; None is the model's
     rough_step: float | None = None
-    # what a finer step would add to the whitened residual near some point, (W, N), see `roughly`
-    added: Array | None = None
     until: float = np.inf  # when its fits end wherever they are [s of `time.monotonic`]
     # noise that the measured inputs add to each sample of a window, (R, K+1, 2J), see
     # `noise.of_inputs`; None where they are exact
@@ -140,20 +138,15 @@ class Problem:
     @property
     def rough(self) -> Model:
         """The model as sensitivities are found with it, integrated as coarsely as that allows."""
+        return self.roughly.base
+
+    @property
+    def roughly(self) -> 'Problem':
+        """The problem integrated so; itself where that is the step of the model."""
         if self.rough_step in (None, self.base.integration_step):
-            return self.base
-        return self.base.changed(integration_step=self.rough_step)
-
-    def roughly(self, hypothesis: Hypothesis, theta: Array, start: Array) -> 'Problem':
-        """The problem integrated so, plus what the fine step adds here; itself where it is.
-
-        What that adds is nearly the same nearby (a deferred correction: Stetter 1978).
-        """
-        if (model := self.rough) is self.base:
             return self
-        rough = replace(self, base=model, rough_step=None)
-        fine, other = (p.residual(start, hypothesis.model(p.base, theta)) for p in (self, rough))
-        return replace(rough, added=fine - other)
+        model = self.base.changed(integration_step=self.rough_step)
+        return replace(self, base=model, rough_step=None)
 
     def linearised(
         self,
@@ -181,8 +174,7 @@ class Problem:
     ) -> Array:
         """Whitened residual (..., W, N) from start states (..., W, 2J), `near` as in `rollout`."""
         predicted = predict(model or self.base, self.windows, start, near=near)
-        found = whiten(self.windows, predicted, self.noise, self.numerics.farthest)
-        return found if self.added is None else found + self.added
+        return whiten(self.windows, predicted, self.noise, self.numerics.farthest)
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> 'Problem':
         """The problem with a hypothesis at some values in the model, nothing free."""
@@ -203,7 +195,7 @@ class Problem:
         return unchanged
 
     def take(self, index: Array) -> 'Problem':
-        optional = {n: getattr(self, n) for n in ('block', 'fold', 'telling', 'added')}
+        optional = {name: getattr(self, name) for name in ('block', 'fold', 'telling')}
         taken: dict[str, Any] = {n: x[index] for n, x in optional.items() if x is not None}
         linear = self.linearisation and self.linearisation.take(index)
         taken |= {'windows': self.windows.take(index), 'train': self.train[index]}

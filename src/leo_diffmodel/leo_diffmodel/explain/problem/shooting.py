@@ -33,7 +33,6 @@ class Linear:
     residual: Array  # (measured - predicted) / sigma, shape (W, N), N = (K+1) 2J
     by_start: Array  # its sensitivity to the window's start state, shape (W, N, 2J)
     by_theta: Array  # its sensitivity to the parameters, shape (W, N, P)
-    rough: Array  # the residual as sensitivities are integrated, shape (W, N)
 
 
 def sensitivities(model: Model, windows: Windows, start: Array) -> tuple[Array, Array]:
@@ -69,16 +68,16 @@ def linearise(
     together, states = hypothesis.together, start.shape[-1] if by_start is None else 0
     nudge = 0.5 * problem.sigma.min(axis=0)
     step = difference_steps(hypothesis, theta, errors, problem.numerics)
-    model, rows = problem.rough, 1 + states + len(together)
+    rough, rows = problem.rough, 1 + states + len(together)
     starts = np.broadcast_to(start, (rows, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (rows, len(theta))).copy()
     for i in range(states):
         starts[1 + i, :, i] += nudge[i]
     for row, some in enumerate(together, 1 + states):
         thetas[row, some] += step[some]
-    e = problem.residual(starts, hypothesis.model(model, thetas), near=True)
-    residual = rough = e[0]
-    if model is not problem.base:
+    e = problem.residual(starts, hypothesis.model(rough, thetas), near=True)
+    residual = e[0]
+    if rough is not problem.base:
         residual = problem.residual(start, hypothesis.model(problem.base, theta))
     if by_start is None:
         by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
@@ -88,7 +87,7 @@ def linearise(
             name = hypothesis.recordings[i]
             seen = problem.windows.of(name) if name else slice(None)
             by_theta[seen, :, i] = (e[row, seen] - e[0, seen]) / step[i]
-    return Linear(residual, by_start, by_theta, rough)
+    return Linear(residual, by_start, by_theta)
 
 
 def difference_steps(

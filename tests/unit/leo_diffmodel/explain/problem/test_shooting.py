@@ -10,9 +10,7 @@ from leo_diffmodel.explain.problem.shooting import eliminate, Linear, whiten
 
 def _linear(seed: int) -> Linear:
     rng = np.random.default_rng(seed)
-    return Linear(
-        *(rng.standard_normal(shape) for shape in ((2, 12), (2, 12, 4), (2, 12, 3), (2, 12)))
-    )
+    return Linear(*(rng.standard_normal(shape) for shape in ((2, 12), (2, 12, 4), (2, 12, 3))))
 
 
 def test_the_step_of_the_starts_is_that_of_least_squares():

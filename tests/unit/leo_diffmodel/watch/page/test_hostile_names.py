@@ -55,7 +55,8 @@ def words_of(state: State, finder: SimpleNamespace) -> Document:
 
 @pytest.mark.parametrize('news', [{}, {'error': HTML}, {'text': HTML, 'busy': True}])
 def test_no_name_is_html_on_the_page(state, news):
-    words_of(state, SimpleNamespace(busy=news.pop('busy', False), news=replace(News(), **news)))
+    busy = news.pop('busy', False)
+    words_of(state, SimpleNamespace(busy=busy, news=replace(News(), **news)))
 
 
 def test_what_is_lacking_and_the_legend_say_names(state):
