@@ -173,8 +173,7 @@ def _driving(
     shape = (count, *(1,) * (2 - len(lead)), *lead)
     *torques, level = _torques(laws, size, cut, memory)
     driven = (every_row(part, shape, size) for part in torques)
-    varies = np.ndim(level) > 3  # from piece to piece
-    levels = every_row(level, shape, size) if varies else rows(level, lead, size)[None]
+    levels = rows(level, shape, size, True) if np.ndim(level) > 3 else rows(level, lead, size)
     rotor = rows(laws.rotor_inertia, lead, size)
     h = every_row(cut.h[:, None, :, None], shape, 1)[..., 0]
     return Driving._make((*driven, levels, rotor, *stops, h, cut.parts, cut.first))

@@ -52,7 +52,7 @@ class Driving(NamedTuple):
     falling: Array  # how it falls with the rates, N m s/rad, (K, N, J)
     motor: Array  # what of the two is the motors'; (K, N, J) where a law asks
     motor_falling: Array
-    level: Array  # of dry friction, N m, (K or 1, N or 1, J)
+    level: Array  # of dry friction, N m, (K N, N or 1, J)
     rotor: Array  # inertia of the motor sides, kg m2, (N or 1, J)
     low: Array  # stops, rad, (1, J)
     high: Array

@@ -298,11 +298,12 @@ def _slowed(driving: Driving, laws: Any, bent: Bent, n: int, k: int, r: int, wor
 @compiled_in_place
 def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, r: int, work: Work) -> Any:
     """Fill the driving torques, with dry friction and without, and its level."""
-    sample, row = at(driving.level, k), n if driving.level.shape[1] > 1 else 0
+    states = driving.torque.shape[1]
+    row = at(driving.level, n) + (k * states if driving.level.shape[0] > states else 0)
     for j in range(work.q.shape[1]):
         q, dq, load = work.q[r, j], work.dq[r, j], -work.load[r, j]
         pull = driving.torque[k, n, j] - driving.falling[k, n, j] * dq + work.servo[r, j]
-        level, motor = driving.level[sample, row, j], 0.0
+        level, motor = driving.level[row, j], 0.0
         if bent.loaded or work.gap[r, j] > 0.0:
             speed = work.speed[r, j] if work.gap[r, j] > 0.0 else dq
             motor = driving.motor[k, n, j] - driving.motor_falling[k, n, j] * speed
