@@ -4,12 +4,13 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from leo_diffmodel.explain.estimate.fitted import in_words, Rest
+from leo_diffmodel.explain.estimate.fitted import Fit, in_words, Rest
 from leo_diffmodel.explain.findings.findings import Contender, Findings, Part
 from leo_diffmodel.explain.problem.candidates import at_limit
 from leo_diffmodel.explain.problem.classes import pair_note
-from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_msgs_py.console import listed
+from leo_sim.model import Model
 
 
 @dataclass(frozen=True)
@@ -85,10 +86,11 @@ def decide(
     tried: list[Rule] = []
     for verdict, name, fired, number in (
         ('ambiguous', 'out of time', cut_short, None),
-        ('unknown', 'no known law', unknown, None),
+        ('unknown', 'law, none sure', unknown and not sure, sure),
         ('unknown', 'rest, none sure', rest.matters and not sure, rest.share),
         ('fine', 'no effect', not named, len(named)),
         ('ambiguous', 'open points', open_points > 0, open_points),
+        ('partly', 'no known law', unknown, None),
         ('partly', 'rest matters', rest.matters, rest.share),
         ('partly', 'more effects', more, None),
         ('named', 'nothing open', True, None),
@@ -116,6 +118,8 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     value = float(fitted.theta[first + (limited[0] if limited else 0)])
     doubt = 'at the limit of what is plausible'
     yield Rule('value at its limit', bool(limited), value, None, label, doubt)
+    if findings.unknown and findings.unknown.fit:
+        yield _moved_by(findings.unknown.fit, part)
     stable, doubt = findings.gates.stable, f'chosen in {part.share:.0%} of the held-out turns'
     yield Rule('chosen too seldom', part.share < stable, part.share, stable, label, doubt)
     if findings.floors:
@@ -125,6 +129,19 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     margin, behind = findings.gates.margin_nats, [r.behind for r in part.rivals if not r.same]
     close = min(behind, default=None)
     yield Rule('a rival is near', bool(part.close(margin)), close, margin, label)
+
+
+def _moved_by(law: Fit, part: Part) -> Rule:
+    """Whether a parameter that scales an effect is another where a law is fitted beside it."""
+    index = law.hypothesis.candidates.index(part.candidate)
+    first, beside = (f.hypothesis.offset(i) for f, i in ((part.fit, part.index), (law, index)))
+    apart = [0.0]
+    for i in amplitude_indices(part.candidate.parameters):
+        ends = zip(part.fit.ci95(first + i), law.ci95(beside + i), strict=True)
+        (low, of_low), (high, of_high) = ends
+        apart.append(max(low - of_high, of_low - high))
+    doubt = 'whose value is another beside the unknown law'
+    return Rule('moved by a law', max(apart) > 0, max(apart), 0.0, part.candidate.label, doubt)
 
 
 def instead(findings: Findings, part: Part) -> list[str]:
@@ -211,4 +228,12 @@ def _named(findings: Findings, part: Part, rules: Sequence[Rule]) -> Named:
     close = [r.candidate.label for r in part.close(findings.gates.margin_nats)]
     rivals = tuple(dict.fromkeys([*close, *instead(findings, part)]))
     doubt = next(iter(said(rules)), '')
-    return Named(part.candidate.label, in_words(part.fit, part.index), same, rivals, doubt)
+    values = in_words(part.fit, part.index) + added_to(part.candidate, findings.base)
+    return Named(part.candidate.label, values, same, rivals, doubt)
+
+
+def added_to(candidate: Candidate, base: Model) -> str:
+    """The mass of the link that an effect adds a mass to, for a sentence."""
+    mass = base.constants.get(f'links.{candidate.where}.mass')
+    adds = candidate.effect.hook == 'body' and candidate.parameters[0].unit == 'kg'
+    return f', added to {float(mass):.3g} kg' if adds and mass is not None else ''

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.explain.decide import Decision, Named
-from leo_diffmodel.explain.findings.findings import Findings
+from leo_diffmodel.explain.findings.findings import Findings, Shown
 from leo_diffmodel.explain.told import Thing, Told
 
 ABOUT = {
@@ -54,14 +54,12 @@ def told(
     said = Told(ABOUT[verdict], tuple(map(_describe, named)), change, tuple(notes))
     if cut_short:
         return replace(said, about=CUT_SHORT)
-    if verdict == 'partly' and rest:
-        return replace(said, more=(f'{rest}.',))
-    if verdict != 'unknown':
-        return said
-    if named:
-        law = f': {unknown}' if unknown else ''
-        return replace(said, about=PART, more=(f'The rest is no known effect{law}.',))
-    return replace(said, change=unknown or change)
+    if not named:
+        return replace(said, change=unknown or change)
+    law = f'The rest is no known effect: {unknown}'.removesuffix(': ')
+    left = [rest, law if unknown or verdict == 'unknown' else '']
+    about = PART if verdict == 'unknown' else said.about
+    return replace(said, about=about, more=tuple(f'{words}.' for words in left if words))
 
 
 def _describe(named: Named) -> Thing:
@@ -100,8 +98,12 @@ def shown(findings: Findings) -> str:
     more = len(findings.shown) - len(first)
     seen = 'one recording' if count == 1 else f'{count} recordings'
     rest = f', and {more} more joints' if more else ''
-    where = '; '.join(f'{s.joint} at {s.angle}, {s.speed} and {s.load}' for s in first)
-    return f'Shown in {seen}, with {where}{rest}.'
+    return f'Shown in {seen}, with {"; ".join(map(_ranges, first))}{rest}.'
+
+
+def _ranges(of: Shown) -> str:
+    where, push = ('positions', 'forces') if of.angle.unit == 'm' else ('angles', 'torques')
+    return f'{of.joint} at {where} {of.angle}, speeds {of.speed}, {push} in the gear {of.load}'
 
 
 def _left(findings: Findings) -> str:

@@ -124,5 +124,5 @@ def _values(row: dict) -> str:
 
 def _gains(row: dict) -> str:
     if row['gain_held_out'] is None:
-        return f'(a scan promised {row["gain_train"]:.1f})'
+        return f'(not fitted, about {row["gain_train"]:.1f})'
     return f'{row["gain_train"]:.1f} / {row["gain_held_out"]:.1f}'

@@ -21,8 +21,8 @@ def findings(*joints, bags=('a',)):
 
 
 def test_one_recording_is_said_to_be_one():
-    where = 'pivot at -1.2 to 2 rad, -6 to 5.5 rad/s and 0 to 0.31 N m'
-    assert shown(findings(PIVOT)) == f'Shown in one recording, with {where}.'
+    where = 'angles -1.2 to 2 rad, speeds -6 to 5.5 rad/s, torques in the gear 0 to 0.31 N m'
+    assert shown(findings(PIVOT)) == f'Shown in one recording, with pivot at {where}.'
     told = shown(findings(PIVOT, bags=('a', 'b')))
     assert told.startswith('Shown in 2 recordings, with pivot at')
 

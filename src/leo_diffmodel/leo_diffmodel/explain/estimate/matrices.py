@@ -252,7 +252,8 @@ def _threshold(gram: Array, held: Sequence[int], settings: Settings) -> float:
     unit = free[np.ix_(others, others)] / np.sqrt(np.outer(size[others], size[others]))
     values, vectors = np.linalg.eigh(unit)
     draws = np.random.default_rng(0).standard_normal((settings.numerics.draws, len(others)))
-    along = draws * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    root = vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T  # no sign of a vector matters
+    along = draws @ root
     best = 0.5 * np.square(np.maximum(along, 0.0).max(axis=1))
     noise = gates.noise_times * float(np.quantile(best, gates.noise_quantile))
     return max(gates.least_nats, noise)

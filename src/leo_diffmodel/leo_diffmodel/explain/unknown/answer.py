@@ -13,7 +13,6 @@ from leo_diffmodel.explain.estimate.fitted import (
     in_words,
     parameter_rows,
 )
-from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.attempt import Attempt
 from leo_diffmodel.explain.unknown.curves import regressed, Variable
@@ -67,7 +66,7 @@ class Unknown:
             acts_as=law.curve.carrier,
             formula=f'{law.words} with {values}',
             parameters=parameters,
-            r2_held_out=_removed(tried),
+            r2_held_out=tried.removed,
             gain_train=tried.gain_train,
             gain_held_out=gain(tried.base, tried.fit, tried.scored.at.problem.judged),
             curve=_curve(tried),
@@ -127,14 +126,6 @@ def _value(name: str, parameter: dict) -> str:
         low, high = parameter['ci95']
         text += f' ± {0.5 * (high - low):.1g}'
     return f'{text} {parameter["unit"]}'.rstrip()
-
-
-def _removed(tried: Attempt) -> float:
-    """Share of the held-out loss beyond that of noise that the law removes."""
-    validation, base = ~tried.scored.at.problem.train, tried.base
-    before, after = (f.lost(validation) for f in (base, tried.fit))
-    noise = 0.5 * int(degrees(base.residual[validation], base.start.shape[-1]).sum())
-    return float(np.clip((before - after) / max(before - noise, before - after, 1e-9), 0.0, 1.0))
 
 
 def _curve(tried: Attempt) -> dict[str, list | str]:

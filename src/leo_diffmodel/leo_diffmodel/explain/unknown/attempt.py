@@ -15,6 +15,7 @@ from leo_diffmodel.explain.estimate.fitted import Fit, gain, unexplained
 from leo_diffmodel.explain.estimate.ground_fit import converged
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score, Scored, Weight
@@ -77,6 +78,14 @@ class Attempt:
     def gain_train(self) -> float:
         """What it saves of the loss of its base on the training windows [nats]."""
         return gain(self.base, self.fit, self.scored.at.problem.train)
+
+    @property
+    def removed(self) -> float:
+        """Share of the held-out loss beyond that of noise that the law removes."""
+        validation, base = ~self.scored.at.problem.train, self.base
+        before, after = (f.lost(validation) for f in (base, self.fit))
+        noise = 0.5 * int(degrees(base.residual[validation], base.start.shape[-1]).sum())
+        return float(np.clip((before - after) / max(before - noise, before - after, 1e-9), 0, 1))
 
     def refitted(self, fitted: Fit) -> 'Attempt':
         """This attempt with another fit of its hypothesis."""

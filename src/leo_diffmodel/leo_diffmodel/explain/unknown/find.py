@@ -44,7 +44,8 @@ def find(
         best = _best(found, named, laws) if laws else None
         if best and not rest_of(found.problem, found.null, best.fit).matters:
             break
-    if best is None or best.law.known(found.weight.gates.law_periods):
+    gates = found.weight.gates
+    if best is None or best.law.known(gates.law_periods) or best.removed < gates.material:
         return None
     return replace(best, base=named[best.named].fit)
 
