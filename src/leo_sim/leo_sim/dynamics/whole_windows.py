@@ -10,7 +10,7 @@ NumPy's overhead per substep is most of the time of a small robot:
 there this is several times as fast (benchmarks/whole_windows.py).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import math
 from typing import Any
 
@@ -47,9 +47,12 @@ LAW = numba.float64(*[numba.float64] * 7)
 
 @dataclass
 class Along:
-    """The first motion of each window, kept for more that are near it; nothing yet at first."""
+    """The first motion of each window, kept for more that are near it; nothing yet at first.
 
-    kept: Array | None = None
+    By whether its loads were found, which laws that ask for none leave out.
+    """
+
+    kept: dict[bool, Array] = field(default_factory=dict)
 
 
 def possible(laws: Laws, q: Array, inputs: Array) -> bool:
@@ -88,7 +91,8 @@ def run(
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    others, kept, known = _company(near, gears.gap, lead, driving, size)
+    company = near, laws.needs_load, gears.gap, lead, driving, size
+    others, kept, known = _company(*company)
     windows = math.prod(lead) // (1 + others)
     bodies = tree.tree, *tree.world, tree.each(lead), others
     told = (*bodies, kept, known, driving, gears, *bent, *loops, angles, rates)
@@ -111,7 +115,12 @@ def _sensed(laws: Laws, cut: Pieces, memory: Memory, q: Array, dq: Array) -> tup
 
 
 def _company(
-    near: bool | Along, gap: Array, lead: tuple[int, ...], driving: Driving, size: int
+    near: bool | Along,
+    loaded: bool,
+    gap: Array,
+    lead: tuple[int, ...],
+    driving: Driving,
+    size: int,
 ) -> tuple[int, Array, int]:
     """How many states follow the first one of their window, what is kept of it, and if known.
 
@@ -122,11 +131,11 @@ def _company(
         others = 0
     if not (others and isinstance(near, Along)):
         return others, np.empty((0, 0, 0)), 0
-    known = near.kept is not None
-    if near.kept is None:
+    known = loaded in near.kept
+    if not known:
         numbers = (KEPT + 3) * size + 5 * size**2
-        near.kept = np.empty((windows, int(driving.parts.sum()), numbers))
-    return others, near.kept, int(known)
+        near.kept[loaded] = np.empty((windows, int(driving.parts.sum()), numbers))
+    return others, near.kept[loaded], int(known)
 
 
 def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:

@@ -311,6 +311,17 @@ def test_motions_near_one_have_its_finite_differences(name, effects):
         assert np.sqrt((((near - slopes) / scale) ** 2).mean()) < 2e-3
 
 
+def test_a_motion_kept_without_its_loads_does_not_serve_a_law_of_the_load():
+    robot, along = load_robot('double_pendulum'), whole_windows.Along()
+    given = np.zeros((2, 3, 2)), np.ones((2, 3, 2)), np.zeros((3, 4, 2)), 0.01
+    scan = np.array([0.0, 0.1])[:, None, None]
+    drag = Model(robot, [place(robot, 'quadratic_drag', 'elbow', d=scan)])
+    rollout(drag, *given, near=along)
+    loaded = Model(robot, [place(robot, 'load_dependent_friction', 'elbow', mu=scan)])
+    later, alone = (rollout(loaded, *given, near=n) for n in (along, whole_windows.Along()))
+    assert np.array_equal(later, alone)
+
+
 def test_what_only_some_have_play_of_is_not_near(monkeypatch):
     robot, scan = load_robot('pendulum'), np.array([0.0, 0.05])[:, None, None]
     model = Model(robot, [place(robot, 'backlash', 'all', gap=scan)])
