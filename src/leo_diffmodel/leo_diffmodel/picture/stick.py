@@ -24,19 +24,13 @@ PLAIN = '#3a4654'
 
 @dataclass(frozen=True)
 class Pose:
-    """A robot at one time, in the plane of view [m].
+    """A robot at one time, in the plane of view [m]."""
 
-    Attributes:
-        outlines, sticks: filled shapes and lines: corners (N, 2) and colour.
-        hinges: (H, 2).
-        touching, touched: which contacts touch the ground, (C,), and where they do, (N, 2).
-    """
-
-    outlines: list[tuple[np.ndarray, str]]
-    sticks: list[tuple[np.ndarray, str]]
-    hinges: np.ndarray
-    touching: np.ndarray
-    touched: np.ndarray
+    outlines: list[tuple[np.ndarray, str]]  # filled shapes: corners (N, 2) and colour
+    sticks: list[tuple[np.ndarray, str]]  # lines, in the same way
+    hinges: np.ndarray  # shape (H, 2)
+    touching: np.ndarray  # which contacts touch the ground, shape (C,)
+    touched: np.ndarray  # where they do, shape (N, 2)
 
     def points(self) -> np.ndarray:
         """All corners, (N, 2)."""
@@ -133,7 +127,6 @@ def _view(robot: Robot) -> tuple[int, int]:
 
 
 def _hull(points: np.ndarray) -> np.ndarray:
-    """Corners of the outline of a cloud, in order."""
     try:
         return points[ConvexHull(points).vertices]
     except QhullError:
