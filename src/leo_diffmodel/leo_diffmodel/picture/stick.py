@@ -39,12 +39,7 @@ class Pose:
 
 
 class Stick:
-    """Draws a robot's poses.
-
-    Attributes:
-        root: where the first joint is bolted to the world, (2,); None for a floating robot.
-        ground: its slope [rad]; None where nothing can touch it.
-    """
+    """Draws a robot's poses."""
 
     def __init__(self, robot: Robot):
         self.robot, walks = robot, robot.base == 'planar'
@@ -56,8 +51,9 @@ class Stick:
         self._hinged = [j.child for j in robot.joints if j.kind in TURNING and j.name not in base]
         first = robot.joints[0].translation
         self.root = None if walks else np.array([first[axis] for axis in self._axes])
+        """Where the first joint is bolted to the world, (2,); None for a floating robot."""
         slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
-        self.ground = slope if robot.contacts else None
+        self.ground = slope if robot.contacts else None  # its slope [rad], where it can be touched
         self._up = np.array([-np.sin(slope), np.cos(slope)])
 
     def pose(self, q: np.ndarray) -> Pose:
