@@ -37,15 +37,10 @@ WORDS = ('', 'x', 'nan', 'inf', '-1', '1e308', '0 0', '0 0 0', '1 2 3 4', 'é', 
 
 @dataclass(frozen=True)
 class Damage:
-    """What was done to a file.
+    """What was done to a file."""
 
-    Attributes:
-        what: In words.
-        start: Bytes before this one are as they were.
-    """
-
-    what: str
-    start: int
+    what: str  # in words
+    start: int  # bytes before this one are as they were
 
 
 def one_line(read: Callable[[], Any]) -> None:

@@ -40,17 +40,11 @@ def record(
     inputs: np.ndarray | None = None,
     **physics: Any,
 ) -> Recording:
-    """Run a robot from its nominal pose, 100 Hz, and measure it with noise.
+    """Run a robot with effects from its nominal pose, 100 Hz, and measure it with noise.
 
-    Args:
-        robot: a robot with one joint.
-        effects: what is wrong with it.
-        seconds: length.
-        seed: of inputs and noise.
-        noise: standard deviation of angle [rad] and rate [rad/s].
-        inputs: [V, N m or rad], shape (N, A); by default `steps`.
-        physics: `constants`, `engine`, `integration_step` of the model; `enabled` (N, A) and
-            `push` (N, J) of the run.
+    `noise` is the standard deviation of angle [rad] and rate [rad/s]; `inputs` [V, N m or rad]
+    have shape (N, A) and are `steps` by default. `physics` are `constants`, `engine` and
+    `integration_step` of the model, `enabled` (N, A) and `push` (N, J) of the run.
     """
     inputs = steps(robot, seconds, seed) if inputs is None else inputs
     enabled, push = physics.pop('enabled', None), physics.pop('push', None)

@@ -50,18 +50,14 @@ class TopicLog:
 
 @dataclass(frozen=True)
 class BagContents:
-    """A bag in memory: its MCAP or SQLite files in order, topics and metadata records by name.
-
-    `leo` is our record. `finished`: every file has its footer. `damaged`: how many records do not
-    read and chunks are not what was written; they are left out.
-    """
+    """A bag in memory."""
 
     path: Path
-    files: tuple[Path, ...]
-    topics: Mapping[str, TopicLog]
-    metadata: Mapping[str, Mapping[str, str]]
-    finished: bool
-    damaged: int
+    files: tuple[Path, ...]  # MCAP or SQLite, in order
+    topics: Mapping[str, TopicLog]  # by name
+    metadata: Mapping[str, Mapping[str, str]]  # records by name; `leo` is ours
+    finished: bool  # every file has its footer
+    damaged: int  # records that do not read and chunks that are not what was written, left out
 
     @property
     def message_count(self) -> int:

@@ -125,16 +125,13 @@ def sample_period(recordings: Iterable[Recording]) -> float:
 def distinct(recordings: Iterable[Recording]) -> None:
     """Refuse recordings of which two have a time of the same bag."""
     for first, second in itertools.combinations(recordings, 2):
-        if first.sha256 == second.sha256 and _overlap(first, second):
+        pairs = itertools.product(first.episodes, second.episodes)
+        overlap = any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
+        if first.sha256 == second.sha256 and overlap:
             raise UserError(
                 f'{second.path} is the same bag as {first.path}; give each once, '
                 'and hold out bags that nothing is learned from'
             )
-
-
-def _overlap(a: Recording, b: Recording) -> bool:
-    pairs = itertools.product(a.episodes, b.episodes)
-    return any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
 
 
 def between(

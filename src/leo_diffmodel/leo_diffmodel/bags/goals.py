@@ -28,18 +28,13 @@ from .types import Floats, Stamps, TRAJECTORY, TYPES
 
 
 class Asked(NamedTuple):
-    """What one message asks of n joints.
+    """What one message asks of n joints."""
 
-    `log_ns` is when it was recorded, `stamp_ns` from when on it counts by its header (0: as soon
-    as it comes), `after_ns` when after that they are to be there, shape (K,), increasing; `goals`
-    are in rad (m), shape (K, n).
-    """
-
-    log_ns: int
-    stamp_ns: int
+    log_ns: int  # when it was recorded
+    stamp_ns: int  # from when on it counts by its header; 0: as soon as it comes
     names: tuple[str, ...]
-    after_ns: Stamps
-    goals: Floats
+    after_ns: Stamps  # when after that they are to be there, shape (K,), increasing
+    goals: Floats  # [rad, m], shape (K, n)
 
 
 def goal_topics(bag: RobotBag, role: Role) -> list[TopicLog]:
@@ -90,15 +85,11 @@ def _begin_of(data: bytes, type_name: str) -> Any:
 
 
 class Leg(NamedTuple):
-    """What one message asks of a joint.
+    """What one message asks of a joint: K goals, at least one."""
 
-    From `begin` [ns] on it counts; at `times` [ns] (K,), which increase, the joint is to be at
-    `goals` [rad, m] (K,), K at least 1.
-    """
-
-    begin: int
-    times: Stamps
-    goals: Floats
+    begin: int  # from when on it counts [ns]
+    times: Stamps  # when the joint is to be there [ns], shape (K,), increasing
+    goals: Floats  # [rad, m], shape (K,)
 
 
 def _sampled(legs: Sequence[Leg], stamps: Stamps, first: float) -> Floats:

@@ -54,28 +54,21 @@ class EpisodeInfo:
 
 @dataclass(frozen=True)
 class BagInfo:
-    """Summary of a bag.
-
-    `state` is a key of `_STATES`, `size` in bytes, `duration` the log time from the first to the
-    last message [s], `state_rate` in joint states per second of robot time, `breaks` how often
-    each kind of break came, `metadata` the `leo` record. `damaged` records and chunks do not read,
-    or have a wrong checksum. `told` is what was done about several publishers, or why no states
-    were read.
-    """
+    """Summary of a bag."""
 
     path: Path
-    state: str
-    size: int
-    duration: float
+    state: str  # a key of `_STATES`
+    size: int  # bytes
+    duration: float  # log time from the first to the last message [s]
     messages: int
     topics: tuple[TopicInfo, ...]
     joints: tuple[str, ...]
-    state_rate: float
+    state_rate: float  # joint states per second of robot time
     episodes: tuple[EpisodeInfo, ...]
-    breaks: Mapping[str, int]
-    metadata: Mapping[str, str]
-    damaged: int = 0
-    told: tuple[str, ...] = ()
+    breaks: Mapping[str, int]  # how often each kind of break came
+    metadata: Mapping[str, str]  # the `leo` record
+    damaged: int = 0  # records and chunks that do not read, or have a wrong checksum
+    told: tuple[str, ...] = ()  # of several publishers, or why no states were read
 
 
 def bag_info(path: Path) -> BagInfo:

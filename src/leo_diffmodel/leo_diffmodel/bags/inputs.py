@@ -32,21 +32,16 @@ Row = tuple[list[float], list[float]]  # values and enabled of one message, in a
 
 @dataclass(frozen=True)
 class InputLog:
-    """Inputs in log order, row i acting from its stamp to the next.
+    """Inputs in log order, row i acting from its stamp to the next."""
 
-    `kind` is `voltage` [V], `torque` [N m] or `position` [rad], `source` the topic. Values and
-    enabled (1 or 0) have shape (N, A), in actuator order. `dropped` messages had a NaN or a wrong
-    length; `notes` say which values no robot has, and which goals were wrapped, a line each.
-    """
-
-    kind: str
-    source: str
+    kind: str  # `voltage` [V], `torque` [N m] or `position` [rad]
+    source: str  # the topic
     log_ns: Stamps
     stamp_ns: Stamps
-    values: Floats
-    enabled: Floats
-    dropped: int = 0
-    notes: tuple[str, ...] = ()
+    values: Floats  # shape (N, A), in actuator order
+    enabled: Floats  # 1 or 0, shape (N, A)
+    dropped: int = 0  # messages with a NaN or of a wrong length
+    notes: tuple[str, ...] = ()  # of values that no robot has, and of wrapped goals, a line each
 
 
 def read_inputs(bag: RobotBag, states: StateLog) -> InputLog | None:

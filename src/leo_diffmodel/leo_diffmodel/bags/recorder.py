@@ -34,14 +34,6 @@ class Recorder:
     The bag is made with the first message. Latched messages are carried over to the next bag.
     While the disk is full, messages are counted and left out; recording goes on when there is
     room. Where a bag is moved or removed, the next one begins. Of two robots one is recorded.
-
-    Attributes:
-        folder: the bag being written, None before the first message.
-        messages: how many were recorded, over all bags.
-        lost: how many there was no room for, or were in a bag that was removed.
-        foreign: how many of a second robot were left out.
-        full: why nothing can be written now; '' where all is well.
-        publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 
     def __init__(self, base: Path) -> None:
@@ -59,10 +51,13 @@ class Recorder:
         self._latched: dict[str, tuple[Topic, bytes, int]] = {}
         self._metadata: dict[str, str] = {}
         self._troubles: dict[str, float] = {}
-        self.folder: Path | None = None
-        self.messages = self.lost = self.foreign = self._lost_before = 0
-        self.full = ''
+        self.folder: Path | None = None  # the bag being written, None before the first message
+        self.messages = 0  # recorded, over all bags
+        self.lost = self._lost_before = 0  # without room, or in a bag that was removed
+        self.foreign = 0  # of a second robot, left out
+        self.full = ''  # why nothing can be written now; '' where all is well
         self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
+        """What the graph knows of a topic's publishers, their GIDs."""
 
     def record(
         self,

@@ -57,7 +57,6 @@ def _slopes(t: Floats, q: Floats, rate: Floats) -> tuple[Floats, NDArray[np.bool
 
 
 def _usual(rate: Floats) -> Floats:
-    """The median of five around each sample, mirrored at the ends."""
     around: Floats = np.median(sliding_window_view(np.pad(rate, 2, 'symmetric'), 5), axis=1)
     return around
 

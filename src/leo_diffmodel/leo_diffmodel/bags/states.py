@@ -22,28 +22,21 @@ from .types import at_rows, Floats, JOINT_STATE, Stamps
 
 @dataclass(frozen=True)
 class StateLog:
-    """Joint states in log order; angles in rad (m), rates in rad/s (m/s), torques in N m.
+    """Joint states in log order; repeats of a state are gone.
 
-    Attributes:
-        log_ns, published_ns, stamp_ns: when recorded, published by the publisher's clock, and
-            measured (log_ns if not `stamped`), shape (T,); repeats of a state are gone.
-        q, dq, effort: shape (T, J); dq or effort is None where the bag has none.
-            A column of NaN is a joint whose rate or effort nobody measures.
-        dropped: samples left out for a NaN.
-        notes: what was done about several publishers and by filters, one line each.
-        made: the rates were differences of the positions, and were left out.
+    A column of NaN is a joint whose rate or effort nobody measures.
     """
 
-    log_ns: Stamps
-    published_ns: Stamps
-    stamp_ns: Stamps
-    q: Floats
-    dq: Floats | None
-    effort: Floats | None
-    dropped: int
+    log_ns: Stamps  # when recorded, shape (T,)
+    published_ns: Stamps  # when published, by the publisher's clock, shape (T,)
+    stamp_ns: Stamps  # when measured, shape (T,); log_ns if not `stamped`
+    q: Floats  # [rad, m], shape (T, J)
+    dq: Floats | None  # [rad/s, m/s], shape (T, J); None where the bag has none
+    effort: Floats | None  # [N m], shape (T, J); None where the bag has none
+    dropped: int  # samples left out for a NaN
     stamped: bool
-    notes: tuple[str, ...] = ()
-    made: bool = False
+    notes: tuple[str, ...] = ()  # of several publishers and of filters, one line each
+    made: bool = False  # the rates were differences of the positions, and were left out
 
     @property
     def rates(self) -> str:

@@ -95,7 +95,6 @@ def _efforts(
 
 
 def _emptied(values: Floats, out: NDArray[np.bool_]) -> Floats | None:
-    """NaN where nothing was measured; None where nothing is left."""
     kept = np.where(out, np.nan, values)
     return None if np.isnan(kept).all() else kept
 

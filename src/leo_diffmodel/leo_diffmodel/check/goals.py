@@ -117,12 +117,10 @@ def _acts_in(row: int | None, frame: str) -> Finding:
 
 
 def _usable(recording: Recording, a: int) -> list[Episode]:
-    """The episodes that are long enough and have the motor on throughout."""
     return [e for e in recording.episodes if len(e.t) > CHECK.past + 1 and e.enabled[:, a].all()]
 
 
 def _moves(episodes: list[Episode], j: int) -> bool:
-    """Whether a joint moves in enough frames."""
     moved = [np.abs(np.diff(e.q[:, j])) > CHECK.frame_floor for e in episodes]
     return sum(int(frames.sum()) for frames in moved) >= CHECK.frames
 

@@ -55,10 +55,7 @@ def traces_of(
 
     Nothing is named: the model is taken as it stands, with its uncertain constants refitted. Some
     hundred windows stand for all of them, since evidence adds up over time. Noise is (R, 2J); None
-    reads it.
-
-    Raises:
-        ValueError: no window fits.
+    reads it. ValueError where no window fits.
     """
     used = thin(recordings)
     if any(a is not b for a, b in zip(used, recordings, strict=True)):

@@ -46,7 +46,6 @@ class Blocks:
         return self._whole(windows) & self._every_other(windows, 0)
 
     def _whole(self, windows: Windows) -> Array:
-        """Which windows are of recordings held out whole, shape (W,)."""
         return np.isin(windows.source, self.held_sources)
 
     def _every_other(self, windows: Windows, which: int) -> Array:

@@ -42,11 +42,8 @@ def compare(
     """Score a model on recordings of one robot.
 
     A step [s] is the control period of the data by default. `progress` is called with what comes
-    next, `STAGES` times.
-
-    Raises:
-        UserError: the recordings are too short for a single window, or a step out of reach; or
-            they say constants of themselves that the robot does not have.
+    next, `STAGES` times. UserError where the recordings are too short for a single window or say
+    constants of themselves that the robot does not have, and of a step out of reach.
     """
     began = time.monotonic()
     model = with_known(model, recordings)
@@ -83,11 +80,7 @@ def compare(
 
 @contextmanager
 def enough(recordings: Recordings, wanted: str = 'at least 2 s') -> Iterator[None]:
-    """Say of recordings that give no windows or no noise what to record instead.
-
-    Raises:
-        UserError: they are too short, or hold what the model cannot follow.
-    """
+    """Say in a UserError of recordings without windows or noise what to record instead."""
     try:
         yield
     except np.linalg.LinAlgError as error:
@@ -132,8 +125,7 @@ def _errors(model: Model, ahead: errors.Prediction, near: errors.Prediction, ste
 def windows_up_to(seconds: float, recordings: Recordings, model: Model, step: float) -> Windows:
     """Windows of `seconds`, or of half that and so on until a good part of the data holds them.
 
-    Raises:
-        ValueError: not even a step fits.
+    ValueError where not even a step fits.
     """
     lengths = np.array([e.seconds for r in recordings for e in r.episodes])
 

@@ -79,8 +79,7 @@ def state_names(model: Model) -> list[dict]:
 def step_seconds(recordings: Recordings, step: float | None = None) -> float:
     """One step [s]: as given, else the median command period, or the sample period without one.
 
-    Raises:
-        UserError: the given step is shorter than a sample or longer than the windows.
+    UserError where the given step is shorter than a sample or longer than the windows.
     """
     if step is not None:
         least, most = sample_period(recordings), COMPARE.longest_step
@@ -148,7 +147,6 @@ def one_step(prediction: Prediction, step: float) -> dict:
 
 
 def _of_square(square: Array) -> dict:
-    """What a squared error (W, 2J) is on average."""
     return {
         'mse': square.mean(axis=0).tolist(),
         'rmse': root_mean(square),

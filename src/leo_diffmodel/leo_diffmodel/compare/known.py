@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is known of data and model: constants of the robot as recorded, where results come from."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 import datetime
 import hashlib
@@ -24,10 +23,8 @@ def with_known(model: Model, recordings: Recordings) -> Model:
     """The model with the constants that recordings know of themselves, in place of its own.
 
     What a recording knows is not refitted in it, also where the model calls it uncertain.
-
-    Raises:
-        UserError: a constant that the robot does not have, a value that it cannot have, or two
-            recordings of one name, as such constants are kept by the recordings' names.
+    UserError of a constant or a value that the robot cannot have, and of two recordings of one
+    name, as such constants are kept by the recordings' names.
     """
     own, constants = _taken(model, recordings)
     if any(own.values()) or any(c.per_recording for c in constants.values()):
@@ -35,8 +32,10 @@ def with_known(model: Model, recordings: Recordings) -> Model:
     if not any(r.constants for r in recordings):
         return model
     robot, shared = model.robot.with_constants(constants), dict(model.constants)
-    if robot.contacts:
-        shared |= {path: own.pop(path).popitem()[1] for path in _agreed(own, len(recordings))}
+    if robot.contacts:  # one value serves them all where all know the same
+        every = [path for path, values in own.items() if len(values) == len(recordings)]
+        agreed = [path for path in every if len({*own[path].values()}) == 1]
+        shared |= {path: own.pop(path).popitem()[1] for path in agreed}
     return model.changed(robot=robot, constants=shared, by_recording=own)
 
 
@@ -58,11 +57,6 @@ def _taken(
                 known = constants[path].known | {r.name}
                 constants[path] = replace(constants[path], known=known)
     return own, constants
-
-
-def _agreed(own: Mapping[str, Mapping[str, float]], count: int) -> list[str]:
-    """Constants that all `count` recordings know to be the same: one value serves them all."""
-    return [p for p, v in own.items() if len(v) == count and len({*v.values()}) == 1]
 
 
 def _constant(model: Model, recording: Recording, path: str, value: float) -> Constant:
@@ -111,7 +105,6 @@ def _program(path: str) -> str:
 
 
 def _bag(recording: Recording) -> dict:
-    """A bag, its hash, and the constants that it knows of itself."""
     known = {'constants': dict(recording.constants)} if recording.constants else {}
     return {'path': str(recording.path), 'sha256': recording.sha256, **known}
 

@@ -18,11 +18,7 @@ HISTORY = COMPARE.history  # what windows keep before them [s]
 
 
 def short_windows(recordings: Recordings) -> list[Windows]:
-    """The short windows of each recording that its noise is read from.
-
-    Raises:
-        ValueError: a recording is too short for a single one.
-    """
+    """The short windows of each recording that its noise is read from; ValueError without any."""
     return [_short(r, r.state_period) for r in recordings]
 
 

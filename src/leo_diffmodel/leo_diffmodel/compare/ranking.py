@@ -49,14 +49,14 @@ def rank(
     blocks of time that no fit saw (`Blocks.held`). The difference of each model to the best is
     averaged in each block of 2 s (an eighth of a shorter bag); where its 95 % t interval over the
     blocks holds 0, the two are not distinguishable. `step` [s] is the shortest window, by default
-    the control period of the data; `progress` is called `STAGES` times for each model.
-
-    Raises:
-        UserError: models of different robots, recordings too short, or as `compare`.
+    the control period of the data; `progress` is called `STAGES` times for each model. UserError
+    of models of different robots and recordings too short, and as `compare`.
     """
     _same_robot(models)
     origin = {name: provenance(recordings, model) for name, model in models.items()}
-    fitted = any(_saw(model, recordings) for model in models.values())
+    entries = (entry for model in models.values() for entry in model.history)
+    learned = {bag.get('sha256') for entry in entries for bag in entry.get('bags', ())}
+    fitted = any(recording.sha256 in learned for recording in recordings)
     models = {name: with_known(model, recordings) for name, model in models.items()}
     recordings = at_one_rate(recordings)
     blocks, states = make_blocks(recordings, []), errors.state_names(models[next(iter(models))])
@@ -87,12 +87,6 @@ def _same_robot(models: Mapping[str, Model]) -> None:
                 f'{name} is of the robot {model.robot.name} and {first} of {known.robot.name}; '
                 'models that are compared have the same joints and input'
             )
-
-
-def _saw(model: Model, recordings: Recordings) -> bool:
-    """Whether the model's history says that it was fitted to one of these bags."""
-    hashes = {bag.get('sha256') for entry in model.history for bag in entry.get('bags', ())}
-    return any(recording.sha256 in hashes for recording in recordings)
 
 
 def half_seconds(

@@ -142,13 +142,6 @@ def _excess(missing: MissingTorque) -> Array:
     return np.where(missing.seen, (missing.torque**2 - spread**2) / typical**2, 0.0)
 
 
-def _weights(missing: MissingTorque, inside: Array, j: int) -> Array:
-    """Of the windows in the mean of a joint's torque: equal, or on the ground by precision."""
-    spread = missing.spread[inside, j]
-    weight = np.ones_like(spread) if missing.carrying is None else spread**-2.0
-    return weight / weight.sum()
-
-
 def _median(values: Array, missing: MissingTorque) -> Array:
     """Of each joint, over the windows in which a torque could show there, shape (J,)."""
     shown = [column[seen] for column, seen in zip(values.T, missing.seen.T, strict=True)]
@@ -177,11 +170,15 @@ def _row(missing: MissingTorque, robot: Robot, excess: Array, total: float, at: 
 def _part(
     missing: MissingTorque, robot: Robot, excess: Array, total: float, j: int, inside: Array
 ) -> dict:
-    """Share, and size beyond noise in three units, of some windows at one joint."""
+    """Share, and size beyond noise in three units, of some windows at one joint.
+
+    Windows count alike, or on the ground by their precision.
+    """
     joint = robot.joint_names[j]
     inside = inside & missing.seen[:, j]
     torque, spread = missing.torque[inside, j], missing.spread[inside, j]
-    weight = _weights(missing, inside, j)
+    weight = np.ones_like(spread) if missing.carrying is None else spread**-2.0
+    weight = weight / weight.sum()
     typical = float(np.sqrt(max(float(weight @ (torque**2 - spread**2)), 0.0)))
     mean = float(weight @ torque)
     stall = stall_torque(robot, joint)

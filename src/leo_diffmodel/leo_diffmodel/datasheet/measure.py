@@ -62,9 +62,7 @@ def measure(
     """Fit the constants of the motor at a joint, its friction, and what else it does.
 
     The motor's constants are open, whatever the model says of them; arm and load are known.
-
-    Raises:
-        UserError: no such motor, a log with faults, or too little data or motion.
+    UserError without such a motor, of a log with faults, and of too little data or motion.
     """
     model = opened(with_known(model, recordings), joint)
     data, notes = _usable(recordings, model)

@@ -108,7 +108,6 @@ def _names(fitted: Fit) -> list[str]:
 
 
 def _effects(fitted: Fit, friction: bool) -> list[dict[str, Any]]:
-    """Rows of those effects that are friction, or of the others."""
     each = enumerate(fitted.hypothesis.candidates)
     return [effect_row(fitted, i) for i, c in each if (c.effect.name in FRICTION) == friction]
 

@@ -87,7 +87,8 @@ def _steps(episode: Episode, period: float) -> Iterator[tuple[Array, ...]]:
     """Steps of one control period within which the input did not change, motors on."""
     spacing = float(np.median(np.diff(episode.t)))
     stride = max(1, round(period / spacing))
-    held = _held(episode, stride) & _on_time(episode, stride, period)
+    length = episode.t[stride:] - episode.t[:-stride]
+    held = _held(episode, stride) & (np.abs(length - period) <= LATE * period)
     offset = max(range(stride), key=lambda o: int(held[o::stride].sum()))
     for k in np.flatnonzero(held[offset::stride]) * stride + offset:
         end = k + stride
@@ -101,11 +102,6 @@ def _held(episode: Episode, stride: int) -> Array:
         held &= np.all(episode.enabled[now], axis=1)
         held &= np.all(np.isclose(episode.inputs[now], episode.inputs[: len(held)]), axis=1)
     return held
-
-
-def _on_time(episode: Episode, stride: int, period: float) -> Array:
-    length = episode.t[stride:] - episode.t[:-stride]
-    return np.abs(length - period) <= LATE * period
 
 
 @dataclass(frozen=True)

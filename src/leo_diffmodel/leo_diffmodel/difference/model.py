@@ -39,11 +39,7 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True)
 class DifferenceModel:
-    """A fitted network, or an ensemble of them, and what belongs to it.
-
-    `base` is the text of the model file it goes on top of, effects named on the way; empty where
-    that is the model it was asked for.
-    """
+    """A fitted network, or an ensemble of them, and what belongs to it."""
 
     network: Network
     layout: Layout
@@ -53,6 +49,8 @@ class DifferenceModel:
     trained_on: int  # transitions
     trust: Trust | None = None  # where its data end; a single network cannot know
     base: str = ''
+    """Text of the model file it goes on top of, with effects named on the way; empty where that is
+    the model it was asked for."""
     over: Mapping[str, Any] = field(default_factory=dict)  # `of_model` of what it goes on top of
     source: str = 'the difference model'  # file or topic it was read from
 

@@ -25,10 +25,7 @@ def edit_test(
     """Predict bags of the changed robot with the model as given, repaired, and edited.
 
     `given` was explained; `repaired` has what was named, and constants as refitted; no fit has
-    seen the bags.
-
-    Raises:
-        UserError: nothing was named, or as `leo_diffmodel.compare.ranking.rank`.
+    seen the bags. UserError where nothing was named, and as `compare.ranking.rank`.
     """
     edited = _edited(given, repaired)
     if not edited:

@@ -94,11 +94,8 @@ def explain(
 
     Arguments are those of `leo_diffmodel.explain`, bags and model read already. `extra` are
     effects of a user's own, `settings` every number by which it is answered, by default those for
-    this robot; `so_far` hears the answer of each better fit on the way.
-
-    Raises:
-        UserError: a step that cannot be scored, or constants that recordings say of themselves
-            and the robot does not have.
+    this robot; `so_far` hears the answer of each better fit on the way. UserError of a step that
+    cannot be scored, and of constants that recordings know and the robot does not have.
     """
     began, everything = time.monotonic(), [*recordings, *hold_out]
     settings = settings or settings_for(model.robot)

@@ -37,11 +37,7 @@ def map_of(faults: Sequence[Found]) -> TopicMap:
 
 
 def mended(recording: Recording, faults: Sequence[Found]) -> Recording:
-    """The recording without the faults that can be undone.
-
-    Raises:
-        UserError: nothing is left.
-    """
+    """The recording without the faults that can be undone; UserError where nothing is left."""
     left = without(recording, [f for f in faults if f.cuts])
     if left is None:
         raise UserError(

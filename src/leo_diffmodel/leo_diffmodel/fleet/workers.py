@@ -22,10 +22,8 @@ class Workers(NamedTuple):
     def each(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
         """The function of each item, as they come; begun in their order, and sent as copies.
 
-        A Dask worker that is killed loses nothing: another one does what it had begun.
-
-        Raises:
-            UserError: no such scheduler, no worker, or workers were lost, after all other results.
+        A Dask worker that is killed loses nothing: another one does what it had begun. UserError
+        without such a scheduler or a worker, and after all other results where some were lost.
         """
         if not items:
             return iter(())

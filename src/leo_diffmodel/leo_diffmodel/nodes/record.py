@@ -2,7 +2,6 @@
 """`leo bag record`: topics of the graph into a bag until Ctrl-C."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -17,17 +16,7 @@ from leo_msgs_py.terminal import leo
 LOOK_PERIOD = 0.5
 
 
-@dataclass(frozen=True)
-class Recorded:
-    """What was recorded: the last bag, and the messages of all of them (see `Recorder`)."""
-
-    bag: str
-    messages: int
-    lost: int
-    foreign: int
-
-
-def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> Recorded:
+def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> Recorder:
     """Record topics until SIGINT or SIGTERM. No names: the graph's.
 
     Without a folder a dated one is made; UserError where it exists, or nothing was published.
@@ -47,16 +36,16 @@ def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> Re
     if recorder.folder is None:
         missing = f'; never seen: {", ".join(wanted.missing)}' if wanted.missing else ''
         raise UserError(f'nothing was published, so there is no bag{missing}')
-    return Recorded(str(recorder.folder), recorder.messages, recorder.lost, recorder.foreign)
+    return recorder
 
 
-def told(recorded: Recorded) -> list[str]:
+def told(recorded: Recorder) -> list[str]:
     """What was recorded, and the command to look at it: a line each."""
     lost = f', {recorded.lost} lost' if recorded.lost else ''
     foreign = f', {recorded.foreign} of another robot left out' if recorded.foreign else ''
     return [
-        f'wrote {recorded.bag}: {recorded.messages} messages{lost}{foreign}',
-        f'next: {leo("bag", "info", recorded.bag)}',
+        f'wrote {recorded.folder}: {recorded.messages} messages{lost}{foreign}',
+        f'next: {leo("bag", "info", recorded.folder)}',
     ]
 
 

@@ -24,19 +24,13 @@ PLAIN = '#3a4654'
 
 @dataclass(frozen=True)
 class Pose:
-    """A robot at one time, in the plane of view [m].
+    """A robot at one time, in the plane of view [m]."""
 
-    Attributes:
-        outlines, sticks: filled shapes and lines: corners (N, 2) and colour.
-        hinges: (H, 2).
-        touching, touched: which contacts touch the ground, (C,), and where they do, (N, 2).
-    """
-
-    outlines: list[tuple[np.ndarray, str]]
-    sticks: list[tuple[np.ndarray, str]]
-    hinges: np.ndarray
-    touching: np.ndarray
-    touched: np.ndarray
+    outlines: list[tuple[np.ndarray, str]]  # filled shapes: corners (N, 2) and colour
+    sticks: list[tuple[np.ndarray, str]]  # lines, in the same way
+    hinges: np.ndarray  # shape (H, 2)
+    touching: np.ndarray  # which contacts touch the ground, shape (C,)
+    touched: np.ndarray  # where they do, shape (N, 2)
 
     def points(self) -> np.ndarray:
         """All corners, (N, 2)."""
@@ -45,12 +39,7 @@ class Pose:
 
 
 class Stick:
-    """Draws a robot's poses.
-
-    Attributes:
-        root: where the first joint is bolted to the world, (2,); None for a floating robot.
-        ground: its slope [rad]; None where nothing can touch it.
-    """
+    """Draws a robot's poses."""
 
     def __init__(self, robot: Robot):
         self.robot, walks = robot, robot.base == 'planar'
@@ -62,8 +51,9 @@ class Stick:
         self._hinged = [j.child for j in robot.joints if j.kind in TURNING and j.name not in base]
         first = robot.joints[0].translation
         self.root = None if walks else np.array([first[axis] for axis in self._axes])
+        """Where the first joint is bolted to the world, (2,); None for a floating robot."""
         slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
-        self.ground = slope if robot.contacts else None
+        self.ground = slope if robot.contacts else None  # its slope [rad], where it can be touched
         self._up = np.array([-np.sin(slope), np.cos(slope)])
 
     def pose(self, q: np.ndarray) -> Pose:
@@ -133,7 +123,6 @@ def _view(robot: Robot) -> tuple[int, int]:
 
 
 def _hull(points: np.ndarray) -> np.ndarray:
-    """Corners of the outline of a cloud, in order."""
     try:
         return points[ConvexHull(points).vertices]
     except QhullError:

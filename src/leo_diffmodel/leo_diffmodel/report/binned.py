@@ -101,16 +101,12 @@ def sort(variable: Array) -> Bins:
 
 @dataclass(frozen=True)
 class Binned:
-    """What is drawn, in the unit that suits the torque.
+    """What is drawn, in the unit that suits the torque."""
 
-    Attributes:
-        dots: columns x and y of the estimates.
-        means: columns of the bins: x, y (the mean), low and high (a standard error away), and
-            curve0, curve1, … of the candidates.
-    """
-
-    dots: dict[str, Array]
+    dots: dict[str, Array]  # columns x and y of the estimates
     means: dict[str, Array]
+    """Columns of the bins: x, y (the mean), low and high (a standard error away), and curve0,
+    curve1, … of the candidates."""
     unit: str
 
     @classmethod

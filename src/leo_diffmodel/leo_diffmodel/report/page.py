@@ -41,7 +41,10 @@ def render(title: str, source: str, sections: Sequence[Section], watch: str = ''
     `source` names the data, `watch` the command that opens the live page on them ('' names none).
     """
     figures = [f for s in sections for f in s.figures]
-    _together(figures)
+    document = Document()
+    with document.models.freeze():  # one by one, each would walk all the others again
+        for figure in figures:
+            document.add_root(figure)
     script, divs = components(figures) if figures else ('', ())
     remaining = iter(divs)
     blocks = []
@@ -52,14 +55,6 @@ def render(title: str, source: str, sections: Sequence[Section], watch: str = ''
     return template('page.html').render(
         title=title, source=source, sections=blocks, library=library, script=script, watch=watch
     )
-
-
-def _together(figures: Sequence[Any]) -> None:
-    """Put all figures into one document at once; one by one, each walks all the others again."""
-    document = Document()
-    with document.models.freeze():
-        for figure in figures:
-            document.add_root(figure)
 
 
 def template(name: str) -> jinja2.Template:

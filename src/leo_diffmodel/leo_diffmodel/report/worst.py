@@ -23,23 +23,15 @@ SHOWN = 4
 
 @dataclass(frozen=True)
 class Stretch:
-    """One window that is predicted badly.
+    """One window that is predicted badly."""
 
-    Attributes:
-        bag, joint: index of its recording, and of the joint that is off most there.
-        time, measured: bag time [s] and angle of that joint, shape (K+1,).
-        predicted: the angle by each model, shape (M, K+1).
-        band: standard deviation from noise alone about the last model, shape (K+1,).
-        motion: all angles as measured, then as each model predicts, shape (1 + M, K+1, J).
-    """
-
-    bag: int
-    joint: int
-    time: Array
-    measured: Array
-    predicted: Array
-    band: Array
-    motion: Array
+    bag: int  # index of its recording
+    joint: int  # index of the joint that is off most
+    time: Array  # since the bag's begin [s], shape (K+1,)
+    measured: Array  # angle of that joint, shape (K+1,)
+    predicted: Array  # that angle by each model, shape (M, K+1)
+    band: Array  # standard deviation from noise alone about the last model, shape (K+1,)
+    motion: Array  # all angles as measured, then as each model predicts, shape (1 + M, K+1, J)
 
 
 def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:

@@ -73,7 +73,8 @@ def _record(argv: list[str]) -> int:
     from leo_diffmodel.nodes.record import record, told
 
     recorded = record(options.topics, options.output, ros_args)
-    common.show(options, asdict(recorded), told(recorded))
+    counts = {name: getattr(recorded, name) for name in ('messages', 'lost', 'foreign')}
+    common.show(options, {'bag': str(recorded.folder)} | counts, told(recorded))
     return 1 if recorded.lost else 0
 
 

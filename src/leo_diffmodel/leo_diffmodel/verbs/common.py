@@ -140,17 +140,15 @@ def print_warnings(recordings: Sequence[Recording]) -> None:
             print(f'warning: {warning}', file=sys.stderr)
 
 
-def read_all(
-    arguments: Namespace, model: Model, whole: bool = False
-) -> tuple[list[Recording], list[Recording]]:
-    """The bags to learn from and those held out, by their rates unless each is wanted `whole`."""
+def read_all(arguments: Namespace, model: Model) -> tuple[list[Recording], list[Recording]]:
+    """The bags to learn from and those held out, by their rates."""
     from leo_diffmodel.bags.episode import by_rate, distinct
 
     recordings = _read(arguments.bags, model, arguments.topic_map)
     held = _read(arguments.hold_out, model, arguments.topic_map)
     recordings, held = span(arguments, recordings), span(arguments, held)
     distinct([*recordings, *held])
-    return (recordings, held) if whole else (by_rate(recordings), by_rate(held))
+    return by_rate(recordings), by_rate(held)
 
 
 def span(arguments: Namespace, recordings: Sequence[Recording]) -> list[Recording]:

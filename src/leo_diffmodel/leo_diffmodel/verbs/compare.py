@@ -1,23 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo compare: how wrong is the model on this bag, where, and how much of it is noise."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import json_text, write_together, write_whole
-
-if TYPE_CHECKING:
-    from leo_diffmodel.bags.episode import Recordings
-    from leo_diffmodel.compare.comparison import Comparison
-    from leo_sim.model import Model
 
 EXAMPLES = (
     'leo compare bags/run1 --model pendulum',
@@ -42,8 +34,12 @@ def main(argv: list[str]) -> int:
     with progress('comparing', STAGES + 1) as reporter:
         result = compare(recordings, model, arguments.step, reporter)
         if folder:
+            from leo_diffmodel.report.compared import comparison_page
+
             reporter('report')
-            _write(folder, result, recordings, model, common.watch(arguments))
+            page = comparison_page(result, recordings, model, common.watch(arguments))
+            answer = {folder / 'compare.json': json_text(result.data)}
+            write_together(answer | {folder / 'report.html': page})
     if arguments.json:
         print(json.dumps(result.data))
         return 0
@@ -60,15 +56,6 @@ def _parser() -> Parser:
     common.add_bag_arguments(arguments, hold_out=False, several=True)
     arguments.add('-o DIR', 'write JSON and report here', dest='output')
     return arguments
-
-
-def _write(
-    folder: Path, result: Comparison, recordings: Recordings, model: Model, watch: str
-) -> None:
-    from leo_diffmodel.report.compared import comparison_page
-
-    page = comparison_page(result, recordings, model, watch)
-    write_together({folder / 'compare.json': json_text(result.data), folder / 'report.html': page})
 
 
 def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:

@@ -13,7 +13,6 @@ import sys
 import time
 from typing import Any
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.explain.decide import Rule
 from leo_diffmodel.explain.explanation import explain, none_yet
@@ -27,7 +26,6 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.common.cores import cores, using
 from leo_sim.effects import EFFECTS
-from leo_sim.model import Model
 
 OF_A_RUN = ('command', 'date')
 """What may differ in the provenance of an answer that is taken over from an earlier run."""
@@ -71,7 +69,8 @@ class Asked:
     def _answer(self, given: argparse.Namespace, name: str, within: float) -> Answer:
         own, model = common.own_effects(given), common.named_model(given.model)
         recordings, _ = common.read_all(given, model)
-        origin = self._origin(recordings, model)
+        asked = {name: getattr(self.arguments, name) for name in ASKED}
+        origin = {**provenance(recordings, with_known(model, recordings)), 'asked': asked}
         if self.folder and (kept := _kept(self.folder / name, origin)):
             return Answer(name, kept)
         chosen = {'step': given.step, 'within': within, 'keep': given.keep, 'mend': given.mend}
@@ -94,10 +93,6 @@ class Asked:
         except (OSError, UserError) as error:  # it took long, and is told
             return replace(answer, error=str(error))
         return answer
-
-    def _origin(self, recordings: Sequence[Recording], model: Model) -> dict[str, Any]:
-        asked = {name: getattr(self.arguments, name) for name in ASKED}
-        return {**provenance(recordings, with_known(model, recordings)), 'asked': asked}
 
 
 def _kept(folder: Path, origin: dict[str, Any]) -> dict[str, Any] | None:

@@ -57,7 +57,6 @@ def _table(rows: Sequence[dict], names: Sequence[str], left_out: int) -> Table:
 
 
 def _cell(row: dict, name: str) -> str:
-    """A value above its interval; one that is not there is left out."""
     robot = row['robots'].get(name)
     if robot is None:
         return ''

@@ -30,20 +30,13 @@ class Frame(NamedTuple):
 
 @dataclass(frozen=True)
 class Film:
-    """Windows back to back.
-
-    Attributes:
-        time: of each sample on the timeline [s], shape (W, K+1).
-        given, repaired: states as the model as given predicts them, and with the effects that are
-            switched on, shape (W, K+1, 2J).
-        held: which windows lie wholly in held-out data, shape (W,).
-    """
+    """Windows back to back."""
 
     windows: Windows
-    time: Array
-    given: Array
-    repaired: Array
-    held: Array
+    time: Array  # of each sample on the timeline [s], shape (W, K+1)
+    given: Array  # states as the model as given predicts them, shape (W, K+1, 2J)
+    repaired: Array  # the same with the effects that are switched on
+    held: Array  # which windows lie wholly in held-out data, shape (W,)
 
     @classmethod
     def of(cls, scene: Scene, seconds: float, repaired: Model) -> Self:

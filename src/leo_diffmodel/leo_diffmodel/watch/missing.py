@@ -34,22 +34,17 @@ class Missing:
 
 
 class MissingOfBoth:
-    """What the model as given lacks, and with the switches; takes long, and follows them.
-
-    Attributes:
-        given, now: of the model as given and with the switches; None before they are known.
-        curve: what the model as given would lack if that with the switches were the robot
-            [N m], shape (W, J), in the windows of `given`; None where nothing is on.
-        behind: they are still of switches as they were before.
-        trouble: why there is none of it; '' where there is.
-    """
+    """What the model as given lacks, and with the switches; takes long, and follows them."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self.given: Missing | None = None
-        self.now: Missing | None = None
+        self.given: Missing | None = None  # of the model as given; None before it is known
+        self.now: Missing | None = None  # of that with the switches, in the same way
         self.curve: np.ndarray | None = None
-        self.behind, self.trouble = True, ''
+        """What the model as given would lack if that with the switches were the robot [N m],
+        shape (W, J), in the windows of `given`; None where nothing is on."""
+        self.behind = True  # all of it is still of switches as they were before
+        self.trouble = ''  # why there is none of it; '' where there is
 
     def follow(self, model: Model, switched: bool) -> Iterator[bool]:
         """Compute all for a model with switches, with pauses: True where something is new."""

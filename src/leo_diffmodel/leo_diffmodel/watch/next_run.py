@@ -25,17 +25,13 @@ GONE = f'the data that were searched are not kept; {NOWHERE}'
 
 @dataclass(frozen=True)
 class Plan:
-    """What leo next says in sentences, and the run that it proposes, if any.
-
-    `predicted` is what the model with what was named makes of the run; `predict` are the options
-    with which `leo play` predicts it by the model as given.
-    """
+    """What leo next says in sentences, and the run that it proposes, if any."""
 
     words: tuple[str, ...]
     robot: Robot
     run: Run | MotionRun | None = None
-    predicted: Recording | None = None
-    predict: tuple[str, ...] = ()
+    predicted: Recording | None = None  # what the model with what was named makes of the run
+    predict: tuple[str, ...] = ()  # options by which `leo play` predicts it, by the model as given
 
     @property
     def seconds(self) -> float:

@@ -57,43 +57,28 @@ class Timeline:
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one model.
-
-    Attributes:
-        rows: against horizon: {steps, seconds, rmse, mean, noise_floor}, a figure per state.
-        figures: the headline's error of each state, shape (2J,).
-        floor: what a perfect model would make of it, shape (2J,).
-    """
+    """Errors of one model."""
 
     rows: list[dict]
-    figures: Array
-    floor: Array
+    """Against horizon: {steps, seconds, rmse, mean, noise_floor}, a figure per state."""
+    figures: Array  # the headline's error of each state, shape (2J,)
+    floor: Array  # what a perfect model would make of it, shape (2J,)
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What does not change while one looks.
+    """What does not change while one looks."""
 
-    Attributes:
-        given, model: the model as named, and with what the recordings know of themselves.
-        recordings: at a common rate.
-        sigma: noise of each recording and channel, shape (R, 2J).
-        held, train: windows that errors are given on, and that first values are read from.
-        step: one control period [s].
-        candidates: the effects that can be switched on, by `effect:where`.
-        timeline: the recordings one after the other.
-    """
-
-    given: Model
-    model: Model
-    recordings: tuple[Recording, ...]
-    sigma: Array
+    given: Model  # as named
+    model: Model  # with what the recordings know of themselves
+    recordings: tuple[Recording, ...]  # at a common rate
+    sigma: Array  # noise of each recording and channel, shape (R, 2J)
     blocks: Blocks
-    held: Windows
-    train: Windows
-    step: float
-    candidates: Mapping[str, Candidate]
-    timeline: Timeline
+    held: Windows  # that errors are given on
+    train: Windows  # that first values are read from
+    step: float  # one control period [s]
+    candidates: Mapping[str, Candidate]  # effects that can be switched on, by `effect:where`
+    timeline: Timeline  # the recordings one after the other
 
     @classmethod
     def of(
@@ -106,15 +91,9 @@ class Scene:
     ) -> Self:
         """Read the noise, hold blocks out, cut windows.
 
-        Args:
-            recordings: bags of one robot.
-            model: the model as given.
-            hold_out: held out whole; without any, every fourth time block is.
-            extra: effects of the user's own.
-            step: [s]; by default the control period of the data.
-
-        Raises:
-            UserError: too little data, or rates that the model cannot follow.
+        Recordings of `hold_out` are held out whole; without any, every fourth time block is.
+        `extra` are effects of the user's own; a step [s] is the control period by default.
+        UserError of too little data, or of rates that the model cannot follow.
         """
         everything = thin([*recordings, *hold_out])
         known = with_known(model, everything)

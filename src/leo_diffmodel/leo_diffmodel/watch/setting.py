@@ -28,13 +28,10 @@ MOVED = (
 
 @dataclass(frozen=True)
 class Setting:
-    """The switches of the catalogue: values of the effects that are on, by `effect:where`.
+    """The switches of the catalogue."""
 
-    Where `refitted`, the constants are as the explanation refitted them, not as given.
-    """
-
-    on: Mapping[str, Values] = field(default_factory=dict)
-    refitted: bool = False
+    on: Mapping[str, Values] = field(default_factory=dict)  # of effects that are on, by label
+    refitted: bool = False  # the constants are as the explanation refitted them, not as given
 
     def having(self, label: str, values: Values) -> Self:
         return replace(self, on={**self.on, label: dict(values)})

@@ -28,37 +28,31 @@ class State:
 
     Errors and film are those of the switches at once; what takes longer follows in pieces, each
     time `go_on` is called.
-
-    Attributes:
-        folder: where models may be written; None: nowhere.
-        answer: what explain found; None before it was asked.
-        horizon: over which the film predicts [s].
-        shown: index of the state whose error the figures show.
-        given, now: errors of the model as given, and with what is switched on.
-        without: of each effect that is on, the error if it alone were off [noise floors].
-        missing: the torque that both lack, and where.
-        chosen: the joint whose missing torque is shown, and the number of the variable against
-            which; None before there is one.
-        seconds: what the last change took to compute [s].
     """
 
     def __init__(self, scene: Scene, folder: Path | None = None) -> None:
-        self.scene, self.folder = scene, folder
+        self.scene = scene
+        self.folder = folder  # where models may be written; None: nowhere
         self.setting = Setting()
-        self.answer: Answer | None = None
+        self.answer: Answer | None = None  # what explain found; None before it was asked
         self._past: list[Setting] = []
         self._moving: tuple[str, str] | None = None
         self._guessed: dict[str, dict[str, float]] = {}
         self.player = Player(scene.timeline.length)
-        self.horizon, self.shown, self.seconds = HORIZON, 0, 0.0
+        self.horizon = HORIZON  # over which the film predicts [s]
+        self.shown = 0  # index of the state whose error the figures show
+        self.seconds = 0.0  # what the last change took to compute
         self.states = state_names(scene.model)
         self.listeners: list[Callable[[], None]] = []
         self.drawing = Worker()
-        self.given = self.now = scene.score(scene.model)
+        self.given = self.now = scene.score(scene.model)  # as given, and with what is on
         self.without: Mapping[str, float] = {}
+        """Of each effect that is on, the error if it alone were off [noise floors]."""
         self.film = Film.of(scene, self.horizon, scene.model)
         self.missing = MissingOfBoth(scene)
         self.chosen: tuple[int, int] | None = None
+        """The joint whose missing torque is shown, and the number of the variable against which;
+        None before there is one."""
         self._rest = self._follow(scene.model)
 
     @property

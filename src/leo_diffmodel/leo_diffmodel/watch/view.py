@@ -70,29 +70,21 @@ class Stage:
 
 @dataclass(frozen=True)
 class View:
-    """What is drawn.
-
-    Attributes:
-        unit: the state whose error is shown, with its unit.
-        seconds: how far ahead the ghosts are predicted [s].
-        times, places: of the pictures: on the timeline [s], shape (F,), and as bag and bag time.
-        poses: joint angles as given, with the switches, as measured, shape (F, 3, J).
-        horizon, time, worst, held: as of `against_horizon`, `over_time`, `worst` and `held`.
-    """
+    """What is drawn."""
 
     title: str
     error: str
     switched: tuple[str, ...]
-    unit: str
-    seconds: float
+    unit: str  # the state whose error is shown, with its unit
+    seconds: float  # how far ahead the ghosts are predicted [s]
     stage: Stage
-    times: Array
-    places: tuple[str, ...]
-    poses: Array
-    horizon: Columns
-    time: Columns
-    worst: Columns
-    held: Array
+    times: Array  # of the pictures on the timeline [s], shape (F,)
+    places: tuple[str, ...]  # these times as bag and bag time
+    poses: Array  # joint angles as given, with the switches, as measured, shape (F, 3, J)
+    horizon: Columns  # of `against_horizon`
+    time: Columns  # of `over_time`
+    worst: Columns  # of `worst`
+    held: Array  # of `held`
 
 
 def view_of(state: State, times: Array) -> View:

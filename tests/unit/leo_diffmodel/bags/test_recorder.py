@@ -18,7 +18,7 @@ import pytest
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over, is_recording
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.recorder import header_stamp, Recorder
+from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import EPISODE, STATES, Topic
 from leo_diffmodel.bags.writer import BagWriter
@@ -214,11 +214,6 @@ def test_a_bag_keeps_the_numbers_of_its_messages(tmp_path, recorder):
 def test_nothing_recorded_leaves_no_folder(tmp_path):
     Recorder(tmp_path / 'bag').close()
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize('stamp', [0, 1, 1_700_000_000_123_456_789])
-def test_stamps_are_read_from_the_bytes(stamp):
-    assert header_stamp(state(stamp)) == stamp
 
 
 @pytest.mark.parametrize('begin', [BagWriter, Recorder])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.places import REAL_DATA
 from tests.searched import among
-from tests.simulate import bag, DT, record, TORQUE
+from tests.simulate import bag, DT, of_robot, record, TORQUE
 import yaml
 
 from leo_diffmodel.add.patch import from_data
@@ -74,8 +74,7 @@ def written(folder: Path, content: dict) -> Path:
 def arm_run(name: str, seed: int) -> Recording:
     q, dq, inputs = np.random.default_rng(seed).normal(size=(3, 100, 2))
     episode = Episode(DT * np.arange(100), q, dq, inputs, np.ones((100, 2), dtype=bool))
-    joints = ('shoulder', 'elbow')
-    return Recording(Path(name), name, joints, joints, 'torque', DT, (episode,), {})
+    return of_robot(ARM, episode, name=name)
 
 
 PATHS = BOB, 'actuators.pivot.rotor_inertia', 'joints.pivot.damping', 'gravity'

@@ -32,13 +32,10 @@ def settled_on_ground(problem: Problem) -> Problem:
 def linearised(
     posed: Posed, point: Fit, finer: bool = False, relinearise: bool = False
 ) -> Iterate:
-    """A hypothesis at some values, its windows settled and linearised.
+    """The hypothesis of `point` at its values, the windows of a settled problem linearised anew.
 
-    Args:
-        posed: the problem, settled before.
-        point: the hypothesis at its values and start states.
-        finer: ask a finer integration what the coarse one is off by now.
-        relinearise: find the sensitivity of all windows to their start states again.
+    `finer`: ask a finer integration what the coarse one is off by now. `relinearise`: find the
+    sensitivity of all windows to their start states again.
     """
     problem, hypothesis = posed.problem, point.hypothesis
     assert problem.linearisation

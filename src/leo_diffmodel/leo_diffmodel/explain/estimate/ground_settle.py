@@ -26,12 +26,9 @@ def settled(
     """Which windows can be trusted, as indices, and their linearisation with the model as it is.
 
     A window is trusted where the start states that its noise allows do not change what its
-    contacts do: there the linearisation holds.
-
-    Args:
-        problem: short windows.
-        before: the linearisation with another model, to go on from; its windows are all kept.
-        relinearise: find the sensitivity of all windows again, not only where it was far off.
+    contacts do: there the linearisation holds. `before`: the one with another model, to go on
+    from; its windows are all kept. `relinearise`: find the sensitivity of all windows again, not
+    only where it was far off.
     """
     active = np.arange(problem.windows.count)
     at = _Settling(problem, before)

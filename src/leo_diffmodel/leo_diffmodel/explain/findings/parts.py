@@ -186,6 +186,5 @@ def _joints(candidate: Candidate, facts: Facts) -> list[str]:
 
 
 def _range(values: Array, unit: str) -> Range:
-    """Ends between which all but the outermost samples lie, one in a hundred to each side."""
     low, high = np.percentile(values, (1, 99))
     return Range(float(low), float(high), unit)

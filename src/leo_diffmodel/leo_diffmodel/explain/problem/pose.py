@@ -89,7 +89,8 @@ def searched(
     seconds = window_seconds(settings.grids, sample_period(everything))
     windows = cut(everything, seconds, history=noise.HISTORY)
     problem = _problem(model, windows, sigma, blocks, settings)
-    return replace(problem, unseen=_unseen(everything)), blocks
+    rates = [np.repeat([False, r.rates != 'measured'], len(r.joints)) for r in everything]
+    return replace(problem, unseen=np.stack(rates) if np.any(rates) else None), blocks
 
 
 def shorter(posed: Posed, recordings: Sequence[Recording]) -> Problem:
@@ -104,12 +105,6 @@ def shorter(posed: Posed, recordings: Sequence[Recording]) -> Problem:
 def _on_windows(problem: Problem, windows: Windows, blocks: Blocks) -> Problem:
     made = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
     return replace(made, rough_step=problem.rough_step, unseen=problem.unseen)
-
-
-def _unseen(recordings: Sequence[Recording]) -> Array | None:
-    """The rates of recordings that measured none, (R, 2J); None where all did."""
-    unseen = [np.repeat([False, r.rates != 'measured'], len(r.joints)) for r in recordings]
-    return np.stack(unseen) if np.any(unseen) else None
 
 
 def uncounted(model: Model) -> Model:

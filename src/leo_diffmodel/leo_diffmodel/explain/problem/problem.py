@@ -156,15 +156,11 @@ class Problem:
         errors: Array | None = None,
         by_start: Array | None = None,
     ) -> Linear:
-        """The windows linearised about a hypothesis at some values.
+        """The windows linearised about a hypothesis at theta (P,) and start states (W, 2J).
 
-        Args:
-            hypothesis: what is free.
-            theta: parameters, shape (P,).
-            start: start states, shape (W, 2J).
-            errors: standard error of each parameter with the others fixed, (P,), where known.
-            by_start: sensitivity of the residual to the start states where that is known; by
-                default what contacts were settled with, shape (W, N, 2J).
+        `errors` are standard errors of each parameter with the others fixed, (P,), where known;
+        `by_start` the known sensitivity of the residual to the start states, (W, N, 2J), by
+        default what contacts were settled with.
         """
         known = self.by_start if by_start is None else by_start
         return linearise(self, hypothesis, theta, start, known, errors)

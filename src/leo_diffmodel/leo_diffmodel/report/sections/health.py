@@ -37,21 +37,14 @@ class Correlation:
 
     Projecting initial states out correlates even white noise, so the band comes from draws of
     white noise through the same projection.
-
-    Attributes:
-        seconds: of each lag, shape (L,).
-        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where unmeasured.
-        low, high: 95 % band of white noise, shape (L, 2J).
-        strength: mean square of the autocorrelations in standard deviations of white noise.
-        white: the strength is at most 2, or one that white noise reached.
     """
 
-    seconds: Array
-    value: Array
-    low: Array
-    high: Array
-    strength: float
-    white: bool
+    seconds: Array  # of each lag, shape (L,)
+    value: Array  # of each lag and channel, angles, then rates, shape (L, 2J); NaN: unmeasured
+    low: Array  # where 95 % of white noise begins, shape (L, 2J)
+    high: Array  # and where it ends
+    strength: float  # mean square of the autocorrelations, in standard deviations of white noise
+    white: bool  # the strength is at most 2, or one that white noise reached
 
 
 def section(found: Search, errors: Mapping[str, Any]) -> Section:

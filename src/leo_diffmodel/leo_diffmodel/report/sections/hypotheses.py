@@ -77,7 +77,7 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
 
 
 def _supported(effect: Row, gates: Gates) -> str:
-    rivals = (c for c in effect['confusable_with'] if not _why(c))
+    rivals = (c for c in effect['confusable_with'] if not c.get('same_thing'))
     if any(rival['separable_nats'] < gates.margin_nats for rival in rivals):
         return 'supported, but not told apart from its rivals'
     if effect['inclusion_probability'] < gates.stable:
@@ -91,8 +91,8 @@ def _status(
     """Kind (for colour) and words for a candidate that is not among the supported effects."""
     behind = best - _gain(row)
     rival = near.get(label(row))
-    if rival and _why(rival):
-        return 'same', f'the same thing in this data: {_why(rival)}'
+    if rival and rival.get('same_thing'):
+        return 'same', f'the same thing in this data: {rival["same_thing"]}'
     if rival and rival['separable_nats'] < margin:
         return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
     if rival:
@@ -114,21 +114,18 @@ def _status(
 
 def _nearest(rivals: Sequence[Row]) -> list[str]:
     """The nearest rivals, those that are the same thing first, and how many more there are."""
-    ordered = sorted(rivals, key=lambda r: (not _why(r), abs(r['separable_nats'])))
+    ordered = sorted(rivals, key=lambda r: (not r.get('same_thing'), abs(r['separable_nats'])))
     more = [f'and {len(rivals) - NEAREST} more'] if len(rivals) > NEAREST else []
     return [*map(_rival, ordered[:NEAREST]), *more]
 
 
 def _rival(row: Row) -> str:
-    return f'{label(row)} ({"same thing" if _why(row) else _distance(row["separable_nats"])})'
+    how = 'same thing' if row.get('same_thing') else _distance(row['separable_nats'])
+    return f'{label(row)} ({how})'
 
 
 def _distance(separable: float) -> str:
     return f'{nats(abs(separable))} nats {"behind" if separable >= 0 else "ahead"}'
-
-
-def _why(row: Row) -> str | None:
-    return row.get('same_thing')
 
 
 def _gain(row: Row) -> float:

@@ -137,7 +137,6 @@ def _times(row: Row, bags: list[str]) -> str:
 
 
 def _sizes(row: Row) -> str:
-    """The missing torque in N m, in volts, in percent of stall."""
     parts = [torque(row['torque_nm'], of=row['torque_unit'])]
     if row['volts'] is not None:
         parts.append(quantity(row['volts'], 'V'))

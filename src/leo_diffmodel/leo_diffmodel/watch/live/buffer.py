@@ -112,18 +112,12 @@ class MessageBuffer:
 
 @dataclass
 class Condition:
-    """What the robot says of itself.
+    """What the robot says of itself."""
 
-    Attributes:
-        e_stopped: as latched; None where it says nothing.
-        message, level: its own line on /diagnostics, and 0 where all is well.
-        trouble: why the newest data are not shown; '' where they are.
-    """
-
-    e_stopped: bool | None = None
-    message: str = ''
-    level: int = 0
-    trouble: str = ''
+    e_stopped: bool | None = None  # as latched; None where it says nothing
+    message: str = ''  # its own line on /diagnostics
+    level: int = 0  # of that line; 0 where all is well
+    trouble: str = ''  # why the newest data are not shown; '' where they are
 
     def line(self, buffer: MessageBuffer) -> tuple[bool, str]:
         """Whether all is well, and what to say."""

@@ -170,7 +170,6 @@ class Sending(Command):
         super().stop()
 
     def _last(self) -> str:
-        """The last line that the player printed: why it ended."""
         assert self._output is not None
         self._output.seek(0)
         lines = [line.strip() for line in self._output if line.strip()]

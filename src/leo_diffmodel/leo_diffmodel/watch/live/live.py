@@ -125,7 +125,6 @@ class LiveFinder(Finder):
             self._passing, self.words = None, []
 
     def _free(self) -> Path:
-        """A folder that is not there yet."""
         if self._folder is not None:
             return free_folder(self._folder / SEARCHED)
         self._passing = Path(tempfile.mkdtemp(prefix='leo_watch_'))

@@ -116,7 +116,6 @@ class OverTimeView:
         return plot
 
     def _shade(self, plot: Any) -> None:
-        """A band over every held-out window of the film."""
         band = {'fill_color': palette.NOISE_FILL, 'level': 'underlay', 'line_color': None}
         for begin, end in view.held(self._state):
             plot.add_layout(BoxAnnotation(left=begin, right=end, **band))

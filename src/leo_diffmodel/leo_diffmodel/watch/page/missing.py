@@ -205,7 +205,6 @@ class MissingView:
         drawn.label(self.plot, label)
 
     def _show_joint(self, joint: int) -> None:
-        """Have another joint shown, against what matters there."""
         if not self._silent.on and (given := self._state.missing.given):
             self._state.choose(*self._matters(given.torque, joint))
 

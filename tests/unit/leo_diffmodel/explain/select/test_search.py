@@ -9,6 +9,7 @@ import pytest
 from tests.searched import among, searched
 from tests.simulate import PENDULUM, record, rounded, TORQUE
 
+from leo_diffmodel.compare.windows import every
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion
 from leo_diffmodel.explain.estimate.imitation import imitations
@@ -131,18 +132,9 @@ def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, monk
     among(monkeypatch, Model(TORQUE), *FEW)
     assert names(searched(both, Model(TORQUE))) == right
     among(monkeypatch, Model(TORQUE), *FEW[::-1])
-    fewer = [tuple(every(e, 2) for e in bag.episodes) for bag in both[::-1]]
-    halved = [rounded(replace(bag, episodes=e)) for bag, e in zip(both[::-1], fewer, strict=True)]
+    halved = [rounded(every(bag, [2])) for bag in both[::-1]]
     assert len(halved[0].episodes[0].t) == 250
     assert names(searched(halved, Model(TORQUE))) == right
-
-
-def every(episode, stride):
-    """Every other state, the input the mean over the longer steps."""
-    count = len(episode.t) // stride * stride
-    kept = {n: getattr(episode, n)[:count:stride] for n in ('t', 'q', 'dq', 'enabled')}
-    inputs = episode.inputs[:count].reshape(-1, stride, episode.inputs.shape[1]).mean(axis=1)
-    return replace(episode, inputs=inputs, **kept)
 
 
 @pytest.mark.parametrize(
