@@ -296,7 +296,7 @@ def test_a_star_stands_for_every_joint_and_gives_way_to_one(tmp_path):
     assert len(gains) == 5 and set(gains.values()) == {3.0}
     assert load_model(save_model(tmp_path / 'again.yaml', model)).constants == model.constants
     wrong = write(tmp_path, robot='so101', constants={'actuators.*.position_gian': gain})
-    with pytest.raises(UserError, match=r"so101 has no 'actuators\.\*\.position_gian'; did you"):
+    with pytest.raises(UserError, match=r"no constant 'actuators\.\*\.position_gian'; did you"):
         load_model(wrong)
 
 
