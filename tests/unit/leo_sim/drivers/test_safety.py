@@ -21,10 +21,6 @@ ROBOT = load_robot('xl330_pendulum')
 small = st.floats(-1e3, 1e3)
 
 
-def test_zero_before_the_first_command():
-    assert Safety(LIMITS).output(0.0).tolist() == [0.0, 0.0]
-
-
 @given(st.lists(st.tuples(finite, finite, st.floats(0.0, 0.05))), st.floats(0.0, 500.0))
 def test_output_stays_inside_limits_and_slew(commands, slew):
     safety = Safety(LIMITS, timeout=0.0, slew=slew)
@@ -122,7 +118,8 @@ def free(values) -> bool:
     return bool(np.isnan(values).all())
 
 
-def test_motors_are_free_until_the_first_goal():
+def test_before_the_first_command_inputs_are_0_and_motors_that_take_goals_are_free():
+    assert Safety(LIMITS).output(0.0).tolist() == [0.0, 0.0]
     assert free(GoalSafety(GOALS).output(0.0))
 
 
