@@ -34,7 +34,7 @@ from leo_lab.result_lines import append_result, read_results
 from leo_learner.learning.policy import Policy
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
-from leo_sim.task.task import Task
+from leo_sim.task.task import observation, Task
 
 AHEAD = {'swinging': 1.0, 'standing': 1.0, 'stepping': 0.3, 'walking': 0.3}
 WALK_SECONDS = 10.0
@@ -59,7 +59,7 @@ class Walking:
         def step(k: int, q: np.ndarray, dq: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
             if task.terminated(State(q, dq)):
                 return None
-            return policy(task.observation(q, dq)), on
+            return policy(observation(self.robot, q, dq)), on
 
         return step
 

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import gymnasium
 import numpy as np
+import torch
 
 from leo_learner.ddpg.configs import RECOMMENDED
 from leo_learner.thesis.sarsa import Config
+from leo_learner.training.loop import TrainingLoop
 
 SMALL = replace(RECOMMENDED, hidden=(32, 32), warm_up=64, test_interval=2, test_starts=2)
 """Of DDPG."""
@@ -17,12 +19,13 @@ FEW_TILES = Config(
 """Of SARSA."""
 
 
-class Follow(gymnasium.Env):
-    """Ten steps; the best action is minus the observation."""
+class OneNumber(gymnasium.Env):
+    observation_space = gymnasium.spaces.Box(-1, 1, (1,), np.float64)
+    action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,), np.float64)
 
-    def __init__(self) -> None:
-        self.observation_space = gymnasium.spaces.Box(-1, 1, (1,), np.float64)
-        self.action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,), np.float64)
+
+class Follow(OneNumber):
+    """Ten steps; the best action is minus the observation."""
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
@@ -36,12 +39,8 @@ class Follow(gymnasium.Env):
         return self._seen, reward, False, self.steps == 10, {}
 
 
-class Corridor(gymnasium.Env):
+class Corridor(OneNumber):
     """Steps of 0.1 at most to the exit at 1; every step costs 1, 50 steps are too many."""
-
-    def __init__(self) -> None:
-        self.observation_space = gymnasium.spaces.Box(-1, 1, (1,), np.float64)
-        self.action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,), np.float64)
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
@@ -53,3 +52,9 @@ class Corridor(gymnasium.Env):
         self.steps += 1
         self._at = max(-1.0, self._at + 0.05 * float(action[0]))
         return np.array([self._at]), -1.0, self._at > 0.99, self.steps == 50, {}
+
+
+def same(one: TrainingLoop, other: TrainingLoop) -> bool:
+    found, known = one.tensors(), other.tensors()
+    assert found.keys() == known.keys()
+    return all(torch.equal(found[name], known[name]) for name in found)

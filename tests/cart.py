@@ -3,7 +3,9 @@
 
 from pathlib import Path
 
-from leo_sim.description.robot import load_robot, Robot
+from tests.robots import made
+
+from leo_sim.description.robot import Robot
 
 URDF = """
 <robot name="cart"><link name="base"/>
@@ -27,10 +29,9 @@ def cart_pole(folder: Path) -> Robot:
 
 def cart(folder: Path, urdf: str = URDF) -> Robot:
     """The robot, made in an empty folder."""
-    (folder / 'robot.urdf').write_text(urdf)
-    (folder / 'robot.yaml').write_text(
+    figures = (
         'name: cart\ninput: torque\ncontrol_period: 0.01\nintegration_step: 0.01\n'
         'state_rate: 100\nepisode_seconds: 20\ngravity: {value: 9.81, unit: m/s2}\n'
         'actuators: {rail: {limit: {value: 20, unit: N m}}}\nstart_poses: {nominal: {}}\n'
     )
-    return load_robot(folder)
+    return made(folder, urdf, figures)

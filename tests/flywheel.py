@@ -3,7 +3,9 @@
 
 from pathlib import Path
 
-from leo_sim.description.robot import load_robot, Robot
+from tests.robots import made
+
+from leo_sim.description.robot import Robot
 
 URDF = """
 <robot name="flywheel"><link name="frame"/>
@@ -20,11 +22,10 @@ MOTOR = """
 
 def flywheel(folder: Path, motor: bool = True, gravity: float = 9.81) -> Robot:
     """The robot, made in an empty folder; without a motor it runs down."""
-    (folder / 'robot.urdf').write_text(URDF)
-    (folder / 'robot.yaml').write_text(
+    figures = (
         f'name: flywheel\ninput: {"voltage" if motor else "torque"}\ncontrol_period: 0.01\n'
         'integration_step: 0.01\nstate_rate: 100\nepisode_seconds: 20\n'
         f'gravity: {{value: {gravity}, unit: m/s2}}\nactuators: {MOTOR if motor else "{}"}\n'
         'start_poses: {nominal: {}}\n'
     )
-    return load_robot(folder)
+    return made(folder, URDF, figures)

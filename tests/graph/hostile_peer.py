@@ -107,19 +107,17 @@ class Peer:
     def ask(self, kind: Any, verb: str, requests: list[Any]) -> None:
         self.call(kind, f'{self.target}/{verb}', requests)
 
+    def set_at_once(self, *together: list[Parameter]) -> None:
+        """Set these parameters, those of a list in one request."""
+        for kind, verb in (
+            (srv.SetParameters, 'set_parameters'),
+            (srv.SetParametersAtomically, 'set_parameters_atomically'),
+        ):
+            self.ask(kind, verb, [kind.Request(parameters=chosen) for chosen in together])
+
     def set(self, parameters: list[Parameter]) -> None:
-        requests = [srv.SetParameters.Request(parameters=[each]) for each in parameters]
-        self.ask(
-            srv.SetParameters,
-            'set_parameters',
-            [*requests, srv.SetParameters.Request(parameters=parameters)],
-        )
-        atomic = [srv.SetParametersAtomically.Request(parameters=[each]) for each in parameters]
-        self.ask(
-            srv.SetParametersAtomically,
-            'set_parameters_atomically',
-            [*atomic, srv.SetParametersAtomically.Request(parameters=parameters)],
-        )
+        """Set these parameters one by one, then all at once."""
+        self.set_at_once(*([each] for each in parameters), parameters)
 
     def on_wire(self, kind: Any, name: str, payloads: Iterable[bytes]) -> None:
         qos = QoSProfile(depth=100)
@@ -212,13 +210,7 @@ def many_names(peer: Peer) -> None:
         (srv.GetParameterTypes, 'get_parameter_types'),
     ):
         peer.ask(kind, verb, [kind.Request(names=names), kind.Request(names=own)])
-    setting = [parameter('start', 4, string_value='x') for _ in range(MANY // 4)]
-    peer.ask(srv.SetParameters, 'set_parameters', [srv.SetParameters.Request(parameters=setting)])
-    peer.ask(
-        srv.SetParametersAtomically,
-        'set_parameters_atomically',
-        [srv.SetParametersAtomically.Request(parameters=setting)],
-    )
+    peer.set_at_once([parameter('start', 4, string_value='x') for _ in range(MANY // 4)])
 
 
 def many_prefixes(peer: Peer) -> None:

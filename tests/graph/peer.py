@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node for tests to talk to: publishes, latches, echoes, serves, has parameters."""
 
+from collections.abc import Callable
 import sys
 from typing import Any
 
@@ -41,18 +42,12 @@ def _talk(node: Node) -> None:
         states.publish(JointState(header=header, name=['pivot'], position=[0.5]))
         noise.publish(UInt32(data=1))
 
-    def home(_: Any, response: Any) -> Any:
-        response.success, response.message = True, 'homed'
-        return response
+    def answering(success: bool, message: str) -> Callable[[Any, Any], Any]:
+        return lambda *_: Trigger.Response(success=success, message=message)
 
     node.create_timer(0.02, tick)
-
-    def stuck(_: Any, response: Any) -> Any:
-        response.success, response.message = False, 'stuck'
-        return response
-
-    node.create_service(Trigger, 'home', home)
-    node.create_service(Trigger, 'stuck', stuck)
+    node.create_service(Trigger, 'home', answering(True, 'homed'))
+    node.create_service(Trigger, 'stuck', answering(False, 'stuck'))
     node.create_client(SetBool, 'torque')
 
 

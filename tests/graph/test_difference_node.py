@@ -9,7 +9,7 @@ from tests.difference import untrained
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.difference.model import from_bytes
 from leo_msgs_py import topics
-from leo_msgs_py.node import call, spin_until
+from leo_msgs_py.node import call, listen, spin_until
 from leo_msgs_py.values import JointStates
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -30,18 +30,17 @@ class Asker:
     def __init__(self, node) -> None:
         self.weights: list[bytes] = []
         self.corrections: list = []
-        self.told: dict[str, tuple[str, bytes]] = {}
-        for topic, callback in (
-            (topics.DIFFERENCE_WEIGHTS, lambda m: self.weights.append(bytes(m.data))),
-            (topics.DIFFERENCE_CORRECTION, self.corrections.append),
-            (topics.DIAGNOSTICS, self._on_diagnostics),
-        ):
-            node.create_subscription(topic.type, topic.name, callback, topic.qos)
+        self.said = ''
+        listen(node, topics.DIFFERENCE_WEIGHTS, lambda m: self.weights.append(bytes(m.data)))
+        listen(node, topics.DIFFERENCE_CORRECTION, self.corrections.append)
+        listen(node, topics.DIAGNOSTICS, self._on_diagnostics)
         self.query = node.create_publisher(*topics.DIFFERENCE_QUERY)
         self.update = node.create_client(*topics.DIFFERENCE_UPDATE)
 
     def _on_diagnostics(self, message) -> None:
-        self.told |= {status.name: (status.message, status.level) for status in message.status}
+        for status in message.status:
+            if status.name == 'diffmodel: difference model':
+                self.said = status.message
 
     def call_update(self):
         return call(self.update, topics.DIFFERENCE_UPDATE.type.Request(), 300.0)
@@ -113,8 +112,7 @@ def test_weights_of_another_model_are_told_and_every_query_is_answered(asker, sp
         difference.to_bytes()
     )
     spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
-    name = 'diffmodel: difference model'
-    asker.until(lambda: 'another list of effects' in asker.told.get(name, ('', b''))[0])
+    asker.until(lambda: 'another list of effects' in asker.said)
     for q, dq, volts in ((float('nan'), 1.0, 1.0), (1.0, 1e300, 1.0), (1.0, 1.0, float('nan'))):
         asker.corrections.clear()
         asker.query.publish(question(q, dq, volts, sec=7))
@@ -131,6 +129,5 @@ def test_damaged_weights_are_said_and_those_before_are_published(asker, spawn, t
     spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
     asker.until(lambda: asker.weights)
     assert asker.weights == [good]
-    name = 'diffmodel: difference model'
-    asker.until(lambda: asker.told.get(name, ('', b''))[0].endswith('; passed over'))
-    assert 'difference-002.safetensors: not the weights' in asker.told[name][0]
+    asker.until(lambda: asker.said.endswith('; passed over'))
+    assert 'difference-002.safetensors: not the weights' in asker.said

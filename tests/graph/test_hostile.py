@@ -16,7 +16,7 @@ from tests.graph.hostile_peer import KINDS
 from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
-from leo_msgs_py.node import call, graph, join, spin_until
+from leo_msgs_py.node import call, graph, join, listen, spin_until
 from leo_msgs_py.values import command_message
 from leo_sim.description.robot import load_robot
 
@@ -43,10 +43,9 @@ class Watch(Node):
     def __init__(self) -> None:
         super().__init__('watch')
         self.stamps, self.applied = [], []
-        kind, name, qos = topics.JOINT_STATES
-        self.create_subscription(kind, name, self._on_state, qos)
-        kind, name, _ = topics.APPLIED['voltage']
-        self.create_subscription(kind, name, lambda m: self.applied.extend(m.effort), topics.DEEP)
+        applied = topics.APPLIED['voltage']._replace(qos=topics.DEEP)
+        listen(self, topics.JOINT_STATES, self._on_state)
+        listen(self, applied, lambda m: self.applied.extend(m.effort))
 
     def _on_state(self, message) -> None:
         if list(message.name) == ['pivot'] and np.isfinite(message.position).all():

@@ -99,8 +99,7 @@ def click(live, name) -> None:
 
 def commander() -> Callable[[], None]:
     """Sends one command now and then; between two the robot times out."""
-    kind, name, qos = topics.COMMANDS['voltage']
-    publisher, sent = join(Node('commander')).create_publisher(kind, name, qos), [0.0]
+    publisher, sent = join(Node('commander')).create_publisher(*topics.COMMANDS['voltage']), [0.0]
 
     def command() -> None:
         if publisher.get_subscription_count() and time.monotonic() - sent[0] > APART:

@@ -16,7 +16,7 @@ from leo_diffmodel.next_run.reach import Reach
 from leo_diffmodel.next_run.run_file import read_run, Run, write_run
 from leo_msgs_py import topics
 from leo_msgs_py.cli import main
-from leo_msgs_py.node import graph, join, spin_once, spin_until
+from leo_msgs_py.node import graph, join, listen, spin_once, spin_until
 from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot
 
@@ -34,10 +34,8 @@ def periods(heard: list[Applied]) -> np.ndarray:
 def applied_by(node: Node, interface: str) -> list[Applied]:
     """What a robot applies from now on, in a list that grows."""
     heard: list[Applied] = []
-    kind, name, _ = topics.APPLIED[interface]
-    node.create_subscription(
-        kind, name, lambda m: heard.append(Applied.from_message(m, interface)), topics.LOSSLESS
-    )
+    topic = topics.APPLIED[interface]._replace(qos=topics.LOSSLESS)
+    listen(node, topic, lambda m: heard.append(Applied.from_message(m, interface)))
     return heard
 
 
@@ -47,8 +45,7 @@ def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
     path = write_run(tmp_path / 'run.csv', run, PENDULUM)
     heard = applied_by(node, 'voltage')
     found: list[int] = []  # the robot has found what was subscribed to before
-    kind, name, qos = topics.EPISODE
-    node.create_subscription(kind, name, lambda m: found.append(m.data), qos)
+    listen(node, topics.EPISODE, lambda m: found.append(m.data))
     start_node(spawn, 'leo_sim', 'robot', 'robot:=pendulum', LOCKSTEP)
     assert spin_until(lambda: bool(found), PATIENCE)
     player = start(spawn, 'play', str(path), '--yes')
@@ -100,7 +97,7 @@ def robot(domain, spawn):
     heard: list[object] = []
     with graph():
         node = join(Node('watch'))
-        node.create_subscription(*topics.JOINT_STATES[:2], heard.append, topics.JOINT_STATES.qos)
+        listen(node, topics.JOINT_STATES, heard.append)
         assert spin_until(lambda: bool(heard), PATIENCE)
 
 

@@ -28,7 +28,7 @@ from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.nodes.robot_facts import FACTS, RobotFacts
 from leo_msgs_py import topics
-from leo_msgs_py.node import graph, join, private_parameter, spin_once, spin_until
+from leo_msgs_py.node import graph, join, listen, private_parameter, spin_once, spin_until
 from leo_msgs_py.serialized import Taken, taken
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import load_robot
@@ -194,8 +194,7 @@ class Stage:
     def __init__(self) -> None:
         self.robot = Robot()
         self.said = DiagnosticStatus()
-        kind, name, qos = topics.DIAGNOSTICS
-        self.robot.node.create_subscription(kind, name, self._hear, qos)
+        listen(self.robot.node, topics.DIAGNOSTICS, self._hear)
 
     def _hear(self, message) -> None:
         for status in message.status:

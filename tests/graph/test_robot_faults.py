@@ -88,11 +88,6 @@ class Rig(Robot):
         lines = map(str.split, (self.folder / 'calls').read_text().splitlines())
         return [(float(line[0]), float(line[2])) for line in lines if line[1] == 'write']
 
-    def during(self, order: str) -> list[str]:
-        """What was asked between the begin and the end of an order."""
-        calls = self.calls()
-        return calls[calls.index(f'begin {order}') : calls.index(f'end {order}')]
-
     def diagnosis(self) -> dict[str, str]:
         """The next words on /diagnostics."""
         heard = []

@@ -6,7 +6,7 @@ some as commands.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 import faulthandler
 from io import StringIO
 import os
@@ -14,14 +14,13 @@ from pathlib import Path
 import shutil
 import struct
 import time
-from typing import Any
 import warnings
 
 import numpy as np
 import pytest
 from rich.console import Console
 from tests import damage
-from tests.damage import Damage, Rng
+from tests.damage import Damage, one_line, Rng
 from tests.damage_shop import fill, PENDULUM, training
 
 from leo_diffmodel.add.patch import from_explanation
@@ -63,10 +62,10 @@ def _bag(root: Path, folder: Path, rng: Rng) -> Damage:
     )
     before = victim.read_bytes()
     done = (damage.damage_path if rng.random() < 0.1 else damage.damage_bytes)(victim, rng)
-    _told(lambda: _nothing_lost(bag, victim, before, done))
-    _told(lambda: read_bag(bag, PENDULUM))
-    _told(lambda: show(bag_info(bag), Console(file=StringIO())))
-    _told(lambda: read_bag(bag, PENDULUM))
+    one_line(lambda: _nothing_lost(bag, victim, before, done))
+    one_line(lambda: read_bag(bag, PENDULUM))
+    one_line(lambda: show(bag_info(bag), Console(file=StringIO())))
+    one_line(lambda: read_bag(bag, PENDULUM))
     return done
 
 
@@ -111,14 +110,14 @@ def _states(bag: Path) -> Counter[float]:
 def _map(root: Path, folder: Path, rng: Rng) -> Damage:
     path = Path(shutil.copy(root / 'map.yaml', folder))
     done = _spoiled(path, rng)
-    _told(lambda: read_bag(root / 'plain', PENDULUM, path))
+    one_line(lambda: read_bag(root / 'plain', PENDULUM, path))
     return done
 
 
 def _model(root: Path, folder: Path, rng: Rng) -> Damage:
     path = Path(shutil.copy(root / 'model.yaml', folder))
     done = _spoiled(path, rng)
-    _told(lambda: _moved(load_model(path, engine='rigid')))
+    one_line(lambda: _moved(load_model(path, engine='rigid')))
     return done
 
 
@@ -129,7 +128,7 @@ def _robot(root: Path, folder: Path, rng: Rng) -> Damage:
     else:
         how = (damage.damage_xml, damage.damage_xml, damage.damage_bytes, damage.damage_path)
         done = how[rng.integers(len(how))](robot / 'robot.urdf', rng)
-    _told(lambda: _moved(Model(load_robot(robot), engine='rigid')))
+    one_line(lambda: _moved(Model(load_robot(robot), engine='rigid')))
     return done
 
 
@@ -139,7 +138,7 @@ def _log(root: Path, folder: Path, rng: Rng) -> Damage:
         done = damage.damage_bytes(log, rng)
     else:
         done = _spoiled(columns, rng)
-    _told(lambda: import_logs([log], columns, folder / 'bag'))
+    one_line(lambda: import_logs([log], columns, folder / 'bag'))
     return done
 
 
@@ -147,7 +146,7 @@ def _explanation(root: Path, folder: Path, rng: Rng) -> Damage:
     name = ('explain.json', 'law.json')[rng.integers(2)]
     path = Path(shutil.copy(root / name, folder))
     done = damage.damage_json(path, rng)
-    _told(lambda: from_explanation(Model(PENDULUM), path))
+    one_line(lambda: from_explanation(Model(PENDULUM), path))
     return done
 
 
@@ -157,9 +156,9 @@ def _run(root: Path, folder: Path, rng: Rng) -> Damage:
     victims = sorted(path for path in run.rglob('*') if path.is_file())
     how = (damage.damage_bytes,) * 4 + (damage.damage_path,)
     done = how[rng.integers(len(how))](victims[rng.integers(len(victims))], rng)
-    _told(lambda: load_checkpoint(run, training()))
-    _told(lambda: start_from(run, training()))
-    _told(lambda: _acted(Policy.load(run / 'policy.safetensors')))
+    one_line(lambda: load_checkpoint(run, training()))
+    one_line(lambda: start_from(run, training()))
+    one_line(lambda: _acted(Policy.load(run / 'policy.safetensors')))
     return done
 
 
@@ -180,16 +179,6 @@ def _moved(model: Model) -> None:
     inputs = np.zeros((1, 2, len(model.robot.actuators)))
     with np.errstate(all='ignore'):
         rollout(model, start.q[None], start.dq[None], inputs, 1e-3)
-
-
-def _told(read: Callable[[], Any]) -> None:
-    """Reading works, or says in one line what is wrong."""
-    said = 'nothing wrong'
-    try:
-        read()
-    except UserError as error:
-        said = str(error)
-    assert '\n' not in said and 0 < len(said) < 3000, said[:3000]
 
 
 KINDS = {

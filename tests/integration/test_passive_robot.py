@@ -2,12 +2,12 @@
 """A robot without motors: it runs, it is delayed, and no run is sent to it."""
 
 from pathlib import Path
-import shutil
 
 import numpy as np
 import pytest
 from tests.models import stepped
 from tests.places import ROOT
+from tests.robots import like
 from tests.simulate import bag, record
 
 from leo_msgs_py.cli import main
@@ -21,13 +21,8 @@ PASSIVE = ROOT / 'benchmarks/rigs/map_pendulum'
 @pytest.fixture
 def driven(tmp_path: Path) -> Path:
     """The rig with an actuator, that nobody commands."""
-    folder = tmp_path / 'driven'
-    shutil.copytree(PASSIVE, folder)
-    text = (folder / 'robot.yaml').read_text()
-    assert 'actuators: {}\n' in text
-    with_motor = 'actuators:\n  pivot:\n    limit: {value: 1, unit: N m}\n'
-    (folder / 'robot.yaml').write_text(text.replace('actuators: {}\n', with_motor))
-    return folder
+    motor = 'actuators:\n  pivot:\n    limit: {value: 1, unit: N m}\n'
+    return like(load_robot(PASSIVE), tmp_path / 'driven', ('actuators: {}\n', motor)).folder
 
 
 @pytest.mark.parametrize('name', [None, 'viscous_friction', 'measurement_delay'])

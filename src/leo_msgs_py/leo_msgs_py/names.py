@@ -1,8 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The nearest known name, for messages about unknown ones."""
+"""Names that are looked up; a message about an unknown one has the nearest that is known."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from typing import TypeVar
+
+from leo_msgs_py.errors import UserError
+
+Value = TypeVar('Value')
+
+
+def look_up(name: str, table: Mapping[str, Value], missing: str) -> Value:
+    """What a table has by a name; UserError, `missing` with the name and the nearest: nothing."""
+    if name not in table:
+        raise UserError(f'{missing} {name!r}{nearest(name, table)}')
+    return table[name]
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -5,13 +5,13 @@ A unit is a product of symbols, each with an optional power, and at most one sla
 'N m s2/rad2', '1'. Angles count as numbers, so that V s/rad equals N m/A.
 """
 
-import difflib
 from functools import cache
 import math
 import re
 from typing import NamedTuple
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 
 # symbol -> factor to SI, powers of m, kg, s, A
 _SYMBOLS: dict[str, tuple[float, tuple[int, int, int, int]]] = {
@@ -99,6 +99,4 @@ def _symbol(symbol: str, whole: str) -> Unit:
     if prefix in _PREFIXES and base in _SYMBOLS and base not in _NO_PREFIX:
         factor, powers = _SYMBOLS[base]
         return Unit(_PREFIXES[prefix] * factor, powers)
-    near = difflib.get_close_matches(symbol, _SYMBOLS, n=1, cutoff=0.4)
-    hint = f'did you mean {near[0]!r}?' if near else f'known are {", ".join(_SYMBOLS)}'
-    raise UserError(f'unit {whole!r}: {symbol!r} is not known; {hint}')
+    raise UserError(f'unit {whole!r}: {symbol!r} is not known{nearest(symbol, _SYMBOLS)}')

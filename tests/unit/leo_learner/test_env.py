@@ -112,14 +112,11 @@ def test_policy_file_gives_the_same_volts(model, policy):
 def test_policy_of_another_robot_or_no_policy(policy, model, tmp_path):
     with pytest.raises(UserError, match="of robot 'pendulum'"):
         Policy.load(policy).check(load_robot('torque_pendulum'))
-    with pytest.raises(UserError, match='no such file'):
-        Policy.load(tmp_path / 'none')
     (tmp_path / 'text').write_text('text')
-    with pytest.raises(UserError, match='not a policy'):
-        Policy.load(tmp_path / 'text')
     (tmp_path / 'other').write_bytes(shifted(model, 0.5).to_bytes())
-    with pytest.raises(UserError, match='not a policy'):
-        Policy.load(tmp_path / 'other')
+    for file, said in (('none', 'no such f'), ('text', 'not a policy'), ('other', 'not a policy')):
+        with pytest.raises(UserError, match=said):
+            Policy.load(tmp_path / file)
     assert len(observation_names(model.robot)) == 3
 
 
@@ -392,11 +389,9 @@ def test_the_same_seed_and_voltages_give_the_same_episode(env):
     runs = []
     for _ in range(2):
         first, _ = env.reset(seed=3)
-        runs.append([first.tolist(), *(env.step(u)[:2] for u in volts)])
-    assert runs[0][0] == runs[1][0]
-    for one, other in zip(runs[0][1:], runs[1][1:], strict=True):
-        assert one[0].tolist() == other[0].tolist()
-        assert one[1] == other[1]
+        steps = [env.step(u)[:2] for u in volts]
+        runs.append([first.tolist(), *((seen.tolist(), reward) for seen, reward in steps)])
+    assert runs[0] == runs[1]
 
 
 def test_the_stance_foot_is_forgotten_between_episodes():

@@ -16,6 +16,7 @@ from rich.text import Text
 from tests.commands import CODE
 from tests.hostile_names import SHELL
 from tests.places import ROOT
+from tests.robots import like
 import yaml
 
 from leo_diffmodel.bags.types import definition, JOINT_STATE
@@ -129,11 +130,8 @@ def test_no_verb_prints_what_is_obeyed(words, tmp_path, monkeypatch, capsys):
     (tmp_path / 'bad.csv').write_text(f't,q\n0,{HARM}\n')
     column_map = {'time': 't', 'joints': {HARM: {'position': 'q'}}, 'robot': HARM}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(column_map))
-    (tmp_path / 'mine').mkdir()
-    pendulum = load_robot('pendulum')
-    said = (pendulum.folder / 'robot.yaml').read_text()
-    for name, text in (('robot.urdf', pendulum.urdf), ('robot.yaml', said)):
-        (tmp_path / 'mine' / name).write_text(text.replace('pivot', 'pi\x9b31mvot'))
+    with pytest.raises(UserError):
+        like(load_robot('pendulum'), tmp_path / 'mine', ('pivot', 'pi\x9b31mvot'))
     origin = {'provenance': {'robot': HARM, 'bags': [], 'date': HARM}}
     told = {'verdict': HARM, 'effects': [], 'constants': {}, 'not_testable': []}
     (tmp_path / 'e.json').write_text(json.dumps(told | origin))

@@ -45,10 +45,7 @@ def test_joint_states_round_trip(effort, message):
     assert (back.stamp_ns, back.names) == (STAMP, ('a', 'b'))
     np.testing.assert_array_equal(back.position, states.position)
     np.testing.assert_array_equal(back.velocity, states.velocity)
-    if effort is None:
-        assert back.effort is None
-    else:
-        np.testing.assert_array_equal(back.effort, effort)
+    np.testing.assert_array_equal(back.effort, effort)
 
 
 def test_a_short_array_is_named():

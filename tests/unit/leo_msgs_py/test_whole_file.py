@@ -49,12 +49,6 @@ def test_what_interrupts_it_leaves_no_part(tmp_path, monkeypatch):
     assert path.read_text() == 'before' and list(tmp_path.iterdir()) == [path]
 
 
-def test_a_folder_that_is_a_file_is_said(tmp_path):
-    (tmp_path / 'file').touch()
-    with pytest.raises(OSError, match='file/under'):
-        write_whole(tmp_path / 'file' / 'under', '')
-
-
 def test_what_a_library_could_not_finish_leaves_the_one_before(tmp_path):
     path = write_whole(tmp_path / 'film.gif', 'before')
 

@@ -5,8 +5,7 @@ From top to bottom: networks, exploration noise, the agent (act, learn), and wha
 training loop. The update is in `fast_update`, the numbers are in `configs`.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 import copy
 from itertools import pairwise
 from typing import Any
@@ -105,16 +104,6 @@ class OrnsteinUhlenbeck:
         return self._value.copy()
 
 
-@contextmanager
-def denormals_as_zero() -> Iterator[None]:
-    """Networks learn faster without them; the physics in the same process keeps its bits."""
-    torch.set_flush_denormal(True)
-    try:
-        yield
-    finally:
-        torch.set_flush_denormal(False)
-
-
 class Agent:
     """The networks, their targets and optimisers: everything that learning changes.
 
@@ -161,8 +150,11 @@ class Agent:
             next_observations=batch.next_observations * scale,
             rewards=batch.rewards * self.reward_scale.numpy(),
         )
-        with denormals_as_zero():
+        torch.set_flush_denormal(True)  # faster; the physics in the same process keeps its bits
+        try:
             return self.update(scaled)
+        finally:
+            torch.set_flush_denormal(False)
 
     def tensors(self) -> dict[str, Tensor]:
         tensors = {name: getattr(self, name) for name in SCALES}

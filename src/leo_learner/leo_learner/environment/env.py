@@ -12,7 +12,7 @@ from leo_diffmodel.difference.model import DifferenceModel, load_difference
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
 from leo_sim.model.physics import of_model, of_robot, Physics
-from leo_sim.task.task import Task
+from leo_sim.task.task import observation, Task
 
 Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
 
@@ -41,7 +41,7 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def _begin(self, start: State) -> np.ndarray:
         self._steps, self._stance, self.sensed = 0, 0, start
-        return self._task.observation(start.q, start.dq)
+        return observation(self.robot, start.q, start.dq)
 
     def _outcome(
         self, before: State, inputs: np.ndarray, after: State, info: dict[str, Any] | None = None
@@ -50,9 +50,9 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self.sensed, self.applied = after, inputs
         ended = self._task.terminated(after)
         reward, self._stance = self._task.reward(self._stance, before, inputs, after, ended)
-        observation = self._task.observation(after.q, after.dq)
         over = self._steps >= self.episode_steps
-        return observation, float(reward), bool(ended), over, info or {}
+        seen = observation(self.robot, after.q, after.dq)
+        return seen, float(reward), bool(ended), over, info or {}
 
 
 class ModelEnv(RobotSpaces):

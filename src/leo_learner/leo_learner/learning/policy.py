@@ -76,7 +76,6 @@ class Policy:
         return driven(env, self.actions)
 
     def check(self, robot: Robot) -> None:
-        """Raise UserError unless the policy fits `robot`."""
         if self.robot != robot.name:
             raise UserError(
                 f'the policy is of robot {self.robot!r}, this is {robot.name!r}; '
@@ -101,7 +100,6 @@ class Policy:
 
 
 def shipped() -> dict[str, Path]:
-    """The policies that come with the package, by name."""
     folder = Path(__file__).parents[1] / 'policies'
     return {path.stem: path for path in sorted(folder.glob('*.safetensors'))}
 
@@ -113,11 +111,6 @@ def driven(env: gymnasium.Env, actions: str) -> gymnasium.Env:
     from leo_learner.thesis.sym import Sym
 
     return Sym(env)
-
-
-def actions_of(env: gymnasium.Env) -> str:
-    """`full` or `sym`, the reverse of `driven`."""
-    return getattr(env, 'actions', 'full')
 
 
 def observation_names(robot: Robot, actions: str = 'full') -> tuple[str, ...]:
@@ -133,7 +126,7 @@ def observation_names(robot: Robot, actions: str = 'full') -> tuple[str, ...]:
 
 def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
     """Write the best policy by test of a training run."""
-    actions = actions_of(training.env)
+    actions = getattr(training.env, 'actions', 'full')
     metadata = {
         'kind': 'policy',
         'version': version('leo_learner'),

@@ -18,6 +18,7 @@ from leo_msgs_py.values import command_message, JointStates
 from leo_sim.description.robot import refuse_other, Robot
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.model import State
+from leo_sim.task.task import observation
 
 # Times in s.
 SAME_START = 0.5  # after it a state equal to the one before the reset is taken for the start pose
@@ -102,8 +103,8 @@ class RobotEnv(RobotSpaces):
         inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)
         after = self._follow(before, inputs, episode)
         if after is None:
-            observation = self._task.observation(before.position, before.velocity)
-            return observation, 0.0, False, True, {'lost': True}
+            seen = observation(self.robot, before.position, before.velocity)
+            return seen, 0.0, False, True, {'lost': True}
         self._state = after
         return self._outcome(_state(before), inputs, _state(after))
 

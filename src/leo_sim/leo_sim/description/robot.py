@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import ConfigDict
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
+from leo_msgs_py.names import look_up, nearest
 from leo_sim.common.yaml_file import read, read_text
 from leo_sim.description import robot_file, urdf
 from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS, MOTOR_UNITS
@@ -154,6 +154,9 @@ class Robot:
     def has_motor_law(self) -> bool:
         """Whether its motors are DC motors on a voltage, of a command or of a servo's own loop."""
         return self.input != 'torque'
+
+    def start_pose(self, name: str) -> robot_file.PoseFile:
+        return look_up(name, self.start_poses, f'{self.name} has no start pose')
 
     def with_constants(self, changed: Mapping[str, Constant]) -> Self:
         constants = {**self.constants, **changed}

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
+from leo_msgs_py.names import look_up
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.drivers import base
@@ -44,10 +44,9 @@ def load_driver(name: str, options: base.DriverOptions) -> base.Driver:
     """
     if name.endswith('.py'):
         return _foreign(Path(name), _class_in(Path(name)), options)
-    found = {entry.name: entry for entry in entry_points(group=GROUP)}
-    if name not in found:
-        raise UserError(f'no driver is named {name!r}{nearest(name, found)}')
-    build: Callable[[base.DriverOptions], base.Driver] = found[name].load()
+    drivers = {entry.name: entry for entry in entry_points(group=GROUP)}
+    build: Callable[[base.DriverOptions], base.Driver]
+    build = look_up(name, drivers, 'no driver is named').load()
     if isinstance(build, type) and build.__module__.partition('.')[0] != OURS:
         return _foreign(Path(inspect.getfile(build)), build, options)
     return build(options)

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
 from leo_sim.description.servos import servo_model
@@ -186,13 +185,9 @@ class DriveUnits(MotorUnits):
 
 def pose_of(robot: Robot, name: str) -> dict[str, tuple[float, float]]:
     """Lowest and highest angle [rad or m] of each joint that a start pose names."""
-    if name not in robot.start_poses:
-        near = nearest(name, robot.start_poses)
-        raise UserError(f'{robot.name} has no start pose {name!r}{near}')
-    angles = robot.start_poses[name].angles
     return {
         joint: drawn if isinstance(drawn, tuple) else (drawn, drawn)
-        for joint, drawn in angles.items()
+        for joint, drawn in robot.start_pose(name).angles.items()
     }
 
 

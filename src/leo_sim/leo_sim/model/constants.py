@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
+from leo_msgs_py.names import look_up
 from leo_sim.common.yaml_file import Finite, Quantity
 from leo_sim.description.constants import checked
 from leo_sim.description.robot import Constant, load_robot, Robot
@@ -37,7 +37,7 @@ Given = Mapping[str, ConstantFile]  # by path
 def all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
     """Values of all constants of a robot by path, some of them others; UserError: no such one."""
     for path in changed:
-        _check_known(robot, path)
+        _known(robot, path)
     return {path: c.value for path, c in robot.constants.items()} | dict(changed)
 
 
@@ -48,7 +48,7 @@ def checked_by_recording(robot: Robot, given: Mapping[str, Values]) -> dict[str,
     """
     found = {path: values for path, values in given.items() if values}
     for path in [*found, *(c.path for c in robot.constants.values() if c.per_recording)]:
-        _check_known(robot, path)
+        _known(robot, path)
         if robot.contacts:
             raise UserError(
                 f'{path}: {robot.name} stands on a ground, where a constant has one '
@@ -58,9 +58,8 @@ def checked_by_recording(robot: Robot, given: Mapping[str, Values]) -> dict[str,
     return found
 
 
-def _check_known(robot: Robot, path: str) -> None:
-    if path not in robot.constants:
-        raise UserError(f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}')
+def _known(robot: Robot, path: str, where: str = '') -> Constant:
+    return look_up(path, robot.constants, f'{where}{robot.name} has no constant')
 
 
 def chosen(values: Values, otherwise: Any, names: Sequence[str], source: Any) -> Any:
@@ -75,38 +74,29 @@ def chosen(values: Values, otherwise: Any, names: Sequence[str], source: Any) ->
     return float(picked) if not picked.ndim else picked[..., None]
 
 
-def expanded(path: Path, robot: Robot, given: Given) -> dict[str, ConstantFile]:
+def expanded(robot: Robot, given: Given) -> dict[str, ConstantFile]:
     """Constants by their whole paths: `actuators.*.resistance` stands for each of them.
 
-    What a file says of one of them holds for that one. UserError: the robot has none of them.
+    What a file says of one of them holds for that one. A pattern of none stays as it is.
     """
     result: dict[str, ConstantFile] = {}
     for pattern in (name for name in given if '*' in name):
-        found = [name for name in robot.constants if fnmatchcase(name, pattern)]
-        if not found:
-            raise UserError(
-                f'{path}: constants: {robot.name} has no {pattern!r}'
-                f'{nearest(pattern, robot.constants)}'
-            )
-        result |= dict.fromkeys(found, given[pattern])
+        fitting = [name for name in robot.constants if fnmatchcase(name, pattern)]
+        result |= dict.fromkeys(fitting or [pattern], given[pattern])
     return result | {name: c for name, c in given.items() if '*' not in name}
 
 
 def checked_constants(path: Path, robot: Robot, given: Given) -> dict[str, Constant]:
     """Constants of a robot as a file gives them; UserError for one that is wrong."""
-    result = {}
-    for name, quantity in given.items():
-        known = robot.constants.get(name)
-        if known is None:
-            raise UserError(
-                f'{path}: constants: {robot.name} has no {name!r}{nearest(name, robot.constants)}'
-            )
-        result[name] = _constant(path, name, quantity, known)
-    return result
+    where = f'{path}: constants'
+    return {
+        name: _constant(where, name, constant, _known(robot, name, f'{where}: '))
+        for name, constant in given.items()
+    }
 
 
-def _constant(path: Path, name: str, given: ConstantFile, known: Constant) -> Constant:
-    where, uncertain = f'{path}: constants', given.uncertain or known.uncertain
+def _constant(where: str, name: str, given: ConstantFile, known: Constant) -> Constant:
+    uncertain = given.uncertain or known.uncertain
     if given.per_recording and uncertain is None:
         raise UserError(
             f'{where}: {name}: per_recording refits it, so say in which range: '

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
+from leo_msgs_py.names import look_up, nearest
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
@@ -88,13 +88,9 @@ class Model:
                 f'{self.robot.copies[0]} of {self.robot.name}; use rigid'
             )
         least = MUJOCO_STEP if engine == 'mujoco' else 0.0
-        if scheme not in self.robot.schemes:
-            raise UserError(
-                f'{self.robot.name} has no scheme {scheme!r}{nearest(scheme, self.robot.schemes)}'
-            )
+        usual = look_up(scheme, self.robot.schemes, f'{self.robot.name} has no scheme')
         self.scheme, self.held = scheme, held
-        usual = self.robot.schemes[scheme].integration_step
-        self.integration_step = integration_step or max(usual, least)
+        self.integration_step = integration_step or max(usual.integration_step, least)
         joints = (len(self.robot.joint_names),)
         self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model

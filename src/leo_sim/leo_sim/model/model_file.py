@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field
 import yaml
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
+from leo_msgs_py.names import look_up, nearest
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.consent import require
 from leo_sim.common.yaml_file import Finite, read, Schema
@@ -85,7 +85,7 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
         return Model(load_robot(ref), engine=engine)
     file = read(path, ModelFile)
     robot = load_robot(_robot_of(path, file.robot))
-    constants = expanded(path, robot, file.constants)
+    constants = expanded(robot, file.constants)
     robot = robot.with_constants(checked_constants(path, robot, constants))
     difference = file.difference_model
     return Model(
@@ -234,9 +234,7 @@ def _limited(robot: Robot, key: str) -> tuple[tuple[str, ...], Parameter]:
             raise UserError(f'limits: {key}: {effect.name} does not act there{near}')
         places = (where,)
     known = {p.name: p for p in effect.parameters_for(robot, places)}
-    if name not in known:
-        raise UserError(f'limits: {effect_name} has no {name!r}{nearest(name, known)}')
-    return places, known[name]
+    return places, look_up(name, known, f'limits: {effect_name} has no')
 
 
 def _near(path: Path, ref: str) -> str:

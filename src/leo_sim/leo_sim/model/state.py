@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
 from leo_sim.common.broadcasting import Array
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
@@ -35,14 +34,12 @@ def start_pose(
 
     The gait is that of a robot with a ground, which a pose `on_ground` touches.
     """
-    poses = robot.start_poses
-    if name not in poses:
-        raise UserError(f'{robot.name} has no start pose {name!r}{nearest(name, poses)}')
+    pose = robot.start_pose(name)
     q, dq = (
         np.array([_drawn(values.get(joint, 0.0), rng) for joint in robot.joint_names])
-        for values in (poses[name].angles, poses[name].rates)
+        for values in (pose.angles, pose.rates)
     )
-    if gait is not None and poses[name].on_ground:
+    if gait is not None and pose.on_ground:
         q[1] -= gait.clearance(q) / np.cos(gait.slope)
     return q, dq
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.names import nearest
+from leo_msgs_py.names import look_up
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
 
@@ -109,10 +109,10 @@ class Routine:
     """
 
     def __init__(self, robot: Robot, motion: str, seed: int) -> None:
-        check_motion(robot, motion)
-        self.start = MOTIONS[motion].start
+        chosen = check_motion(robot, motion)
+        self.start = chosen.start
         self.held = robot.start_poses[self.start].held
-        self._robot, self._make = robot, MOTIONS[motion].script
+        self._robot, self._make = robot, chosen.script
         self._rng, self._falls = np.random.default_rng(seed), Falls(robot)
         self._begin(0)
 
@@ -131,11 +131,10 @@ class Routine:
         self._script, self._periods = self._make(self._robot, self._rng), periods
 
 
-def check_motion(robot: Robot, motion: str) -> None:
+def check_motion(robot: Robot, motion: str) -> Motion:
     """Refuse a motion that a robot cannot do: other motors, no feet, or no pose to begin in."""
-    if motion not in MOTIONS:
-        raise UserError(f'there is no motion {motion!r}{nearest(motion, MOTIONS)}')
-    path, start = robot.folder / 'robot.yaml', MOTIONS[motion].start
+    found = look_up(motion, MOTIONS, 'there is no motion')
+    path = robot.folder / 'robot.yaml'
     if {actuator.joint for actuator in robot.actuators} != {*JOINTS}:
         raise UserError(
             f'{path}: actuators: the scripted motions need {", ".join(JOINTS)} and '
@@ -143,11 +142,12 @@ def check_motion(robot: Robot, motion: str) -> None:
         )
     if robot.base != 'planar' or not robot.feet:
         raise UserError(f'{path}: the scripted motions need base: planar, and feet')
-    if start not in robot.start_poses:
+    if found.start not in robot.start_poses:
         raise UserError(
-            f'{path}: start_poses: the pose {start} is missing, in which the scripted '
+            f'{path}: start_poses: the pose {found.start} is missing, in which the scripted '
             f'motion {motion} begins; add it'
         )
+    return found
 
 
 class Falls:

@@ -36,10 +36,6 @@ class Task:
         self._heights = [r for r in robot.termination if r.quantity == 'height_over_feet']
         self._motors = np.array([(a.torque_constant, a.resistance) for a in robot.actuators]).T
 
-    def observation(self, q: Array, dq: Array) -> np.ndarray:
-        """What the agent sees, (..., n) in the order of robot.yaml."""
-        return observation(self.robot, q, dq)
-
     def reward(
         self, stance: Any, before: State, inputs: Array, after: State, ended: Any = None
     ) -> tuple[Any, Any]:

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from tests.agents import Follow, SMALL
+from tests.agents import Follow, same, SMALL
 import torch
 
 from leo_lab.autograd_update import AutogradUpdate
@@ -17,13 +17,6 @@ from leo_learner.learning.run import learn
 from leo_learner.training.replay import Batch, Replay, Transition
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-
-
-def weights(training: Training) -> np.ndarray:
-    agent = training.agent
-    modules = (agent.actor, agent.critic, agent.target_actor, agent.target_critic)
-    parts = [p.detach().flatten() for module in modules for p in module.parameters()]
-    return torch.cat(parts).numpy()
 
 
 def test_networks_start_as_in_the_thesis():
@@ -142,7 +135,7 @@ def test_what_was_learned_is_saved_before_an_error(tmp_path):
     assert (tmp_path / 'policy.safetensors').is_file()
     again = Training(Follow(), training.config, seed=0)
     load_checkpoint(tmp_path, again)
-    assert again.steps == 50 and np.array_equal(weights(again), weights(training))
+    assert again.steps == 50 and same(again, training)
 
 
 def test_a_run_that_was_stopped_in_its_last_test_is_not_finished(tmp_path):

@@ -2,6 +2,7 @@
 """The update that trains gives what autograd gives, for every option."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ OPTIONS = [
     replace(SMALL, hidden=(24,)),
 ]
 MODULES = ('actor', 'critic', 'target_actor', 'target_critic')
+close = partial(torch.testing.assert_close, rtol=1e-4, atol=1e-6)
 
 
 def batch(seed: int, size: int = 32) -> Batch:
@@ -50,15 +52,9 @@ def agents(config: Config) -> tuple[Agent, Agent]:
 def test_ten_updates_are_those_of_autograd(config):
     plain, fast = agents(config)
     for seed in range(10):
-        ours, theirs = fast.learn(batch(seed)), plain.learn(batch(seed))
-        assert ours.keys() == theirs.keys()
-        for name in ours:
-            assert ours[name] == pytest.approx(theirs[name], rel=1e-4, abs=1e-6)
+        close(fast.learn(batch(seed)), plain.learn(batch(seed)))
     for module in MODULES:
-        mine, other = (getattr(a, module).state_dict() for a in (fast, plain))
-        assert mine.keys() == other.keys()
-        for name, value in mine.items():
-            torch.testing.assert_close(value, other[name], rtol=1e-4, atol=1e-6)
+        close(*(getattr(agent, module).state_dict() for agent in (fast, plain)))
 
 
 def test_loading_weights_reaches_what_learns():
@@ -83,10 +79,7 @@ def test_a_run_goes_on_in_the_other_agent(config):
         other.load({name: tensor.clone() for name, tensor in agent.tensors().items()})
         for each in (plain, fast):
             each.learn(batch(9))
-        left, right = plain.tensors(), fast.tensors()
-        assert left.keys() == right.keys()
-        for name, value in left.items():
-            torch.testing.assert_close(value, right[name], rtol=1e-4, atol=1e-6)
+        close(plain.tensors(), fast.tensors())
 
 
 def test_an_agent_that_has_not_learned_takes_away_what_was_remembered():
@@ -96,8 +89,7 @@ def test_an_agent_that_has_not_learned_takes_away_what_was_remembered():
     fast.load(initial)
     for agent in (plain, fast):
         agent.learn(batch(0))
-    for name, value in plain.tensors().items():
-        torch.testing.assert_close(fast.tensors()[name], value, rtol=1e-4, atol=1e-6)
+    close(fast.tensors(), plain.tensors())
 
 
 @pytest.mark.parametrize('config', OPTIONS[:2], ids=str)

@@ -10,7 +10,7 @@ import pytest
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import RECOMMENDED
 from leo_learner.environment.env import ModelEnv
-from leo_learner.learning.policy import actions_of, Policy, save_policy
+from leo_learner.learning.policy import Policy, save_policy
 from leo_learner.thesis.sym import OBSERVED, Sym, SymMap
 from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError
@@ -130,7 +130,7 @@ def test_policy_file_says_that_it_is_sym(env, tmp_path):
 def test_policy_files_of_before_are_full(env, tmp_path):
     save_policy(tmp_path / 'policy.safetensors', Training(env.unwrapped, SMALL, seed=1), ODE)
     policy = Policy.load(tmp_path / 'policy.safetensors')
-    assert policy.actions == 'full' == actions_of(env.unwrapped)
+    assert policy.actions == 'full'
     assert policy.on(env.unwrapped) is env.unwrapped
     with pytest.raises(UserError, match="of robot 'leo_ode'"):
         policy.check(load_robot('leo'))

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import gymnasium
 import pytest
-from tests.agents import Corridor, FEW_TILES, Follow, SMALL
-import torch
+from tests.agents import Corridor, FEW_TILES, Follow, same, SMALL
 
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import THESIS
@@ -33,12 +32,6 @@ def made(request):
 
     make.place = place
     return make
-
-
-def same(one: TrainingLoop, other: TrainingLoop) -> bool:
-    found, known = one.tensors(), other.tensors()
-    assert found.keys() == known.keys()
-    return all(torch.equal(found[name], known[name]) for name in found)
 
 
 def test_same_seed_same_weights(made):

@@ -1,27 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Units of constants: what slides has those of sliding, and files of before may say the others."""
 
-from pathlib import Path
-
 import pytest
 from tests.cart import cart
+from tests.robots import like
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model.model_file import load_model
 
 
-def changed(folder: Path, old: str, new: str) -> Path:
-    path = folder / 'robot.yaml'
-    assert old in path.read_text()
-    path.write_text(path.read_text().replace(old, new))
-    return folder
-
-
 @pytest.mark.parametrize('unit', ['N', 'N m'])
 def test_the_limit_of_a_slide_is_a_force_and_of_what_turns_a_torque(tmp_path, unit):
-    cart(tmp_path)
-    robot = load_robot(changed(tmp_path, 'unit: N m}}}', f'unit: {unit}}}}}}}'))
+    robot = like(cart(tmp_path), tmp_path, ('unit: N m}}}', f'unit: {unit}}}}}}}'))
     units = {path: c.unit for path, c in robot.constants.items()}
     assert units['actuators.rail.limit'] == 'N' and units['joints.rail.damping'] == 'N s/m'
     assert units['actuators.rail.rotor_inertia'] == 'kg' and units['links.cart.mass'] == 'kg'
@@ -43,6 +34,6 @@ def test_a_model_file_may_give_the_damping_of_a_slide_in_either(tmp_path, unit):
 
 @pytest.mark.parametrize('unit', ['V', 'kg', 'rad'])
 def test_another_unit_is_refused(tmp_path, unit):
-    cart(tmp_path)
+    robot = cart(tmp_path)
     with pytest.raises(UserError, match="the unit is 'N', found"):
-        load_robot(changed(tmp_path, 'unit: N m}}}', f'unit: {unit}}}}}}}'))
+        like(robot, tmp_path, ('unit: N m}}}', f'unit: {unit}}}}}}}'))

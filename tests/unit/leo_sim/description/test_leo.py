@@ -4,6 +4,7 @@
 import mujoco
 import numpy as np
 import pytest
+from tests.robots import like
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.constants import bodies
@@ -187,11 +188,7 @@ def test_wrong_inputs_are_one_line():
 
 
 def test_a_link_without_inertia_is_named(tmp_path):
-    for name in ('robot.urdf', 'robot.yaml'):
-        text = (LEO.folder / name).read_text()
-        start = text.find('<inertial>', text.find('<link name="left_shank">'))
-        if name == 'robot.urdf':
-            text = text[:start] + text[text.index('</inertial>', start) + len('</inertial>') :]
-        (tmp_path / name).write_text(text)
+    name = '<link name="left_shank">'
+    shank = LEO.urdf.partition(name)[2].partition('</link>')[0]
     with pytest.raises(UserError, match=r"link 'left_shank', which joint .* has no mass"):
-        load_robot(tmp_path)
+        like(LEO, tmp_path, (name + shank, name))

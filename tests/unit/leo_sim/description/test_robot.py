@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 from tests.hostile_names import folder_of
+from tests.robots import like
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -17,14 +18,6 @@ PENDULUM = load_robot('pendulum')
 RESISTANCE = 'actuators.pivot.resistance'
 DAMPING = '<dynamics damping="3e-6"/>'
 MASS = '<mass value="0.055"/>'
-
-
-def changed(tmp_path, old, new, file='robot.yaml'):
-    for name in ('robot.urdf', 'robot.yaml'):
-        text = (PENDULUM.folder / name).read_text()
-        assert name != file or old in text
-        (tmp_path / name).write_text(text.replace(old, new) if name == file else text)
-    return tmp_path
 
 
 def test_the_pendulum_is_that_of_the_data_sheet():
@@ -121,7 +114,7 @@ def test_reward_is_highest_upright():
 
 def test_termination(tmp_path):
     rule = 'termination:\n  - {quantity: rate, joint: pivot, high: 20}\nobservation:'
-    robot = load_robot(changed(tmp_path, 'observation:', rule))
+    robot = like(PENDULUM, tmp_path, ('observation:', rule))
     fast = State(np.zeros((2, 1)), np.array([[19.0], [21.0]]))
     assert Task(robot).terminated(fast).tolist() == [False, True]
 
@@ -158,7 +151,7 @@ def test_angles_are_wrapped_upwards(angle, expected):
 )
 def test_what_is_wrong_in_a_robot_is_said_in_one_line(tmp_path, file, old, new, said):
     with pytest.raises(UserError) as error:
-        load_robot(changed(tmp_path, old, new, f'robot.{file}'))
+        like(PENDULUM, tmp_path, (old, new))
     message = str(error.value)
     assert f'robot.{file}' in message and '\n' not in message
     assert [part for part in said if part not in message] == []

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+from tests.robots import like
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied
@@ -18,10 +19,6 @@ finite = st.floats(-1e6, 1e6)
 GOALS = np.array([[-1.0, -0.2], [1.0, 1.7]])
 ROBOT = load_robot('xl330_pendulum')
 small = st.floats(-1e3, 1e3)
-
-
-def test_zero_before_the_first_command():
-    assert Safety(LIMITS).output(0.0).tolist() == [0.0, 0.0]
 
 
 @given(st.lists(st.tuples(finite, finite, st.floats(0.0, 0.05))), st.floats(0.0, 500.0))
@@ -121,7 +118,8 @@ def free(values) -> bool:
     return bool(np.isnan(values).all())
 
 
-def test_motors_are_free_until_the_first_goal():
+def test_before_the_first_command_inputs_are_0_and_motors_that_take_goals_are_free():
+    assert Safety(LIMITS).output(0.0).tolist() == [0.0, 0.0]
     assert free(GoalSafety(GOALS).output(0.0))
 
 
@@ -212,14 +210,9 @@ def test_torque_on_again_waits_for_a_new_goal():
 def test_bounds_are_the_limit_and_the_stops(tmp_path):
     assert robot_info(ROBOT).bounds.tolist() == [[-np.pi], [np.pi]]
     assert isinstance(safety_for(robot_info(ROBOT), 0.2, 0.0), GoalSafety)
-    for name in ('robot.urdf', 'robot.yaml'):
-        text = (ROBOT.folder / name).read_text()
-        text = text.replace(
-            '"continuous">',
-            '"revolute">\n    <limit lower="-0.5" upper="9" effort="1" velocity="1"/>',
-        )
-        (tmp_path / name).write_text(text)
-    assert robot_info(load_robot(tmp_path)).bounds.tolist() == [[-0.5], [np.pi]]
+    stops = '"revolute"><limit lower="-0.5" upper="9" effort="1" velocity="1"/>'
+    stopped = like(ROBOT, tmp_path, ('"continuous">', stops))
+    assert robot_info(stopped).bounds.tolist() == [[-0.5], [np.pi]]
 
 
 def test_the_simulated_servo_is_free_without_a_goal_and_says_so():

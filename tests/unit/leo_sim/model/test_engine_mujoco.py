@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from tests.models import modelled, stepped
+from tests.robots import made
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -44,9 +45,7 @@ start_poses: {nominal: {angles: {base_z: 0.1}}}
 def ball(tmp_path):
     """3 kg on a sphere over the ground."""
     parts = ''.join(PART.format(*part) for part in PARTS)
-    (tmp_path / 'robot.urdf').write_text(f'<robot name="ball"><link name="world"/>{parts}</robot>')
-    (tmp_path / 'robot.yaml').write_text(YAML)
-    return load_robot(tmp_path)
+    return made(tmp_path, f'<robot name="ball"><link name="world"/>{parts}</robot>', YAML)
 
 
 def run(model, state, inputs, dt):

@@ -7,6 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
+from tests.robots import like, made
 import yaml
 
 from leo_msgs_py.errors import UserError
@@ -105,10 +106,7 @@ def test_a_model_is_never_overwritten(tmp_path):
 
 
 def test_a_robot_folder_beside_the_file(tmp_path):
-    folder = tmp_path / 'mine'
-    folder.mkdir()
-    for name in ('robot.urdf', 'robot.yaml'):
-        (folder / name).write_text((ROBOT.folder / name).read_text())
+    folder = like(ROBOT, tmp_path / 'mine').folder
     model = load_model(write(tmp_path, robot='mine'))
     assert model.robot.folder == folder
     assert yaml.safe_load(save_model(tmp_path / 'new.yaml', model).read_text())['robot'] == 'mine'
@@ -256,21 +254,18 @@ def test_what_no_robot_has_is_refused_in_robots_models_and_ranges(path, value, t
         with pytest.raises(UserError, match=rf'model\.yaml: constants: {said}'):
             load_model(write(tmp_path, constants={path: quantity}))
         with pytest.raises(UserError, match=rf'robot\.yaml: {said}'):
-            load_robot(with_figure(tmp_path / 'mine', path, quantity))
+            with_figure(tmp_path / 'mine', path, quantity)
 
 
-def with_figure(folder: Path, path: str, quantity: dict) -> Path:
-    """A copy of the pendulum whose robot.yaml says otherwise."""
-    folder.mkdir(exist_ok=True)
-    (folder / 'robot.urdf').write_text(ROBOT.urdf)
+def with_figure(folder: Path, path: str, quantity: dict) -> None:
+    """The pendulum again, whose robot.yaml says otherwise."""
     content = yaml.safe_load((ROBOT.folder / 'robot.yaml').read_text())
     *groups, key = path.split('.')
     part = content
     for group in groups:
         part = part.setdefault(group, {})
     part[key] = quantity
-    (folder / 'robot.yaml').write_text(yaml.safe_dump(content))
-    return folder
+    made(folder, ROBOT.urdf, yaml.safe_dump(content))
 
 
 @pytest.mark.parametrize('name', ['x' * 300, 'a\0b', 'x' * 300 + '/y'])
@@ -296,7 +291,7 @@ def test_a_star_stands_for_every_joint_and_gives_way_to_one(tmp_path):
     assert len(gains) == 5 and set(gains.values()) == {3.0}
     assert load_model(save_model(tmp_path / 'again.yaml', model)).constants == model.constants
     wrong = write(tmp_path, robot='so101', constants={'actuators.*.position_gian': gain})
-    with pytest.raises(UserError, match=r"so101 has no 'actuators\.\*\.position_gian'; did you"):
+    with pytest.raises(UserError, match=r"no constant 'actuators\.\*\.position_gian'; did you"):
         load_model(wrong)
 
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from tests.arm import URDF
 from tests.models import modelled, stepped
+from tests.robots import made
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -63,10 +64,7 @@ EFFECTS = {
 
 @pytest.fixture(scope='module')
 def robot(tmp_path_factory):
-    folder = tmp_path_factory.mktemp('arm')
-    (folder / 'robot.urdf').write_text(URDF)
-    (folder / 'robot.yaml').write_text(YAML)
-    return load_robot(folder)
+    return made(tmp_path_factory.mktemp('arm'), URDF, YAML)
 
 
 @pytest.mark.parametrize('name', EFFECTS)

@@ -6,12 +6,12 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, Field
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.units import conversion
-from leo_sim.common.yaml_file import Positive, Quantity, read, Schema
+from leo_sim.common.yaml_file import Fixed, Positive, Quantity, read, Schema
 
 HERE = Path(__file__).parent
 
@@ -98,13 +98,11 @@ class RegistersFile(Schema):
     magnitude: dict[str, int] = Field(default_factory=dict)
 
 
-class ServoModel(Schema):
+class ServoModel(Fixed):
     """A servo's units, each of a count: a file in models/, whose quantities have their own units.
 
     `gain_unit` is the duty for an error of 1 rad, a count of position_p_gain.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     name: str  # as its maker writes it
     family: Family = 'dynamixel'

@@ -139,7 +139,7 @@ POSITION = 'time: t\njoints: {pivot: {position: {column: q, unit: %s}}}\n'
             'log.csv: u (voltage of pivot) holds no number; name another column',
         ),
         (ROWS, POSITION % 'V', "'V' is no unit of position; give it in rad or m"),
-        (ROWS, POSITION % 'dg', "position: unit 'dg': 'dg' is not known; did you mean 'deg'?"),
+        (ROWS, POSITION % 'dg', "position: unit 'dg': 'dg' is not known; did you mean deg?"),
         (ROWS, SIMPLE.replace('position', 'positon'), "'joints.pivot.positon'; did you mean posi"),
         (
             ROWS,

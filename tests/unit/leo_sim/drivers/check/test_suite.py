@@ -3,12 +3,12 @@
 
 from dataclasses import replace
 import json
-import re
 
 import numpy as np
 import pytest
 from tests.drivers.trial import CLOCK, failures, FULL, PENDULUM
 from tests.places import RIG
+from tests.robots import like
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
@@ -180,21 +180,15 @@ def test_a_robot_far_outside_its_stops_is_told_another_unit(moving):
 
 @pytest.mark.parametrize(('low', 'high'), [(0, 1), (-1, 0)])
 def test_a_joint_that_lies_on_a_stop_is_pushed_away_from_it(tmp_path, low, high):
-    urdf, file = ((PENDULUM.folder / f'robot.{kind}').read_text() for kind in ('urdf', 'yaml'))
-    stops = f'<limit lower="{low}" upper="{high}" effort="1" velocity="9"/></joint>'
-    text = urdf.replace('continuous', 'revolute').replace('</joint>', stops)
-    (tmp_path / 'robot.urdf').write_text(text)
-    (tmp_path / 'robot.yaml').write_text(re.sub(r'\[-3\S+ 3\S+\]', '0', file))
-    robot = load_robot(tmp_path)
+    stops = f'"revolute"><limit lower="{low}" upper="{high}" effort="1" velocity="9"/>'
+    starts = '[-3.141592653589793, 3.141592653589793]', '0'
+    robot = like(PENDULUM, tmp_path, ('"continuous">', stops), starts)
     assert failures(simulated(SimulatedDriver, robot), robot, FULL) == {}
 
 
 def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path):
-    for name in ('robot.urdf', 'robot.yaml'):
-        (tmp_path / name).write_text((PENDULUM.folder / name).read_text())
-    with (tmp_path / 'robot.yaml').open('a') as file:
-        file.write('\njoints:\n  pivot:\n    friction: {value: 5, unit: N m}\n')
-    found = failures(simulated(), load_robot(tmp_path), FULL)
+    end = 'reward:', 'joints:\n  pivot:\n    friction: {value: 5, unit: N m}\nreward:'
+    found = failures(simulated(), like(PENDULUM, tmp_path, end), FULL)
     assert 'the model 0 / look at units' in found['signs and units']
 
 
