@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""leo import: logs (CSV, JSON, MATLAB, LeRobot data sets) become bags, by a column map."""
+"""leo import: logs of any format become bags, by a column map."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ a column map:
     pivot:
       position: {column: angle, unit: deg, sign: -1, offset: 3.14159}
       velocity: {column: speed, unit: deg/s}
-      # effort: 'data[:, 2]'             # the third column of a matrix
+      # effort: 'tau[2]'                 # the third number of each sample of an array
   inputs:                                # left out for a passive log
     pivot:
       voltage: {expression: duty * supply}
@@ -107,10 +107,10 @@ def _robot(model: str) -> tuple[Robot, str]:
 def _parser() -> Parser:
     parser = Parser(
         'leo import',
-        'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
+        'Turn logs that are no bags into one, an episode per run (formats: docs/your_robot.md).',
         f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
-    about = 'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set'
+    about = 'a file (CSV, JSON, MATLAB, HDF5, ...), or the folder of a LeRobot data set or zarr'
     parser.add('logs LOG', about, nargs='+')
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')

@@ -35,7 +35,7 @@ def import_logs(
     """Write logs to one bag, an episode per run in them, and return its folder.
 
     Args:
-        logs: CSV, JSON or MATLAB files, folders of LeRobot data sets.
+        logs: files and folders in a format of `tables.READERS`.
         column_map: a YAML file, or the name of a shipped map.
         bag: the folder to make.
         join: the logs are parts of one run, as q.csv and dq.csv; by default where their names

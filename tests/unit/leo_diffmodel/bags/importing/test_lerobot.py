@@ -142,7 +142,7 @@ def test_features_without_names_and_with_names_of_version_2(data):
 def test_a_data_set_that_is_not_whole(data, tmp_path):
     frames, info = data / 'data/chunk-000', data / 'meta/info.json'
     for spoil, message in (
-        (lambda: (frames / 'file-001.parquet').write_bytes(b'PAR1'), 'file-001.parquet does not'),
+        (lambda: (frames / 'file-001.parquet').write_bytes(b'PAR1'), 'is not a parquet file'),
         (lambda: [file.unlink() for file in frames.iterdir()], 'fetch the data set whole'),
         (lambda: info.write_text('{'), 'info.json is not JSON'),
         (info.unlink, 'a folder without meta/info.json'),
