@@ -88,7 +88,7 @@ def tree(group: Any, names: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
             node = group[name]
             if not hasattr(node, 'shape'):
                 found[name] = tree(node, names)
-            elif are_columns(node.shape):
+            elif are_columns(node.shape or ()):
                 found[name] = node[()]
     return found
 
@@ -136,7 +136,8 @@ def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
     rows = follow(content, place, log)
     if isinstance(rows, dict):
         return columns(log, rows, log_format)
-    return filled(_beside(content), len(rows)) | from_rows(log, rows, place, log_format)
+    table = from_rows(log, rows, place, log_format)
+    return filled(_beside(content), len(rows)) | table
 
 
 def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:

@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""HDF5 and zarr as tables: arrays in groups.
-
-ALOHA has `/observations/qpos`, robomimic and Isaac Lab `/data/demo_0/actions`, UMI `/data/action`,
-whose rows `/meta/episode_ends` parts.
-"""
+"""HDF5 and zarr as tables: arrays in groups, as `/observations/qpos`, `/data/demo_0/actions`."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -11,6 +7,8 @@ import zipfile
 
 from .arrays_log import tables, tree
 from .log_format import LogFormat, opened, Reader, Table
+
+HEADS = '.zgroup', 'zarr.json'  # in a folder of zarr 2, of zarr 3
 
 
 def read_hdf5(log: Path, log_format: LogFormat) -> list[Table]:
@@ -21,6 +19,7 @@ def read_hdf5(log: Path, log_format: LogFormat) -> list[Table]:
 
 
 def read_zarr(log: Path, log_format: LogFormat) -> list[Table]:
+    """Return the tables of a folder or .zip; of UMI's, `meta/episode_ends` parts the rows."""
     import zarr
 
     with opened(log, 'a zarr group'):
@@ -32,13 +31,11 @@ def read_zarr(log: Path, log_format: LogFormat) -> list[Table]:
         )
     ends = content.get('meta', {}).pop('episode_ends', [None])
     parts = [slice(*between) for between in pairwise([0, *ends])]
-    (table,) = tables(log, content, log_format)
-    return [{name: values[rows] for name, values in table.items()} for rows in parts]
-
-
-def _is_zarr(path: Path) -> bool:
-    return (path / '.zgroup').is_file() or (path / 'zarr.json').is_file()
+    whole = tables(log, content, log_format)
+    return [{name: c[rows] for name, c in table.items()} for table in whole for rows in parts]
 
 
 HDF5 = Reader('hdf5', ('h5', 'hdf5'), read_hdf5)
-ZARR = Reader('zarr', ('zip',), read_zarr, _is_zarr)
+ZARR = Reader(
+    'zarr', ('zip',), read_zarr, lambda log: any((log / head).is_file() for head in HEADS)
+)

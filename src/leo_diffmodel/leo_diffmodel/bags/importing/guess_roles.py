@@ -22,16 +22,17 @@ def _words(text: str) -> set[str]:
 
 
 WORDS = {
+    'error': 'err error errors deviation residual fehler abweichung regelabweichung erreur ecart',
     'time': 't time timestamp timestamps stamp clock sec secs seconds zeit zeitstempel temps '
     'instant horodatage',
     'supply_voltage': 'supply battery vbat vbus versorgung versorgungs akku batterie alimentation',
     'acceleration': 'ddq qdd ddot acc accel acceleration beschleunigung',
-    'velocity': 'vel velocity velocities speed speeds dq qd qdot dot dtheta dphi rate omega '
+    'velocity': 'vel velocity velocities speed speeds dq qd qdot qvel dot dtheta dphi rate omega '
     'drehzahl geschwindigkeit vitesse',
     'effort': 'tau torque torques effort efforts force moment kraft couple',
     'voltage': 'voltage volt volts spannung tension',
     'position': 'pos position positions angle angles q theta phi state winkel lage stellung weg '
-    'auslenkung',
+    'auslenkung qpos',
     'current': 'strom courant current amps',
 }
 """Words of each quantity, the surer ones first."""
@@ -44,12 +45,12 @@ ANGLES = _words('angle angles theta phi dtheta dphi omega winkel drehzahl')
 """Words of what turns: next to them a unit of lengths is another word."""
 GOAL = _words(
     'action actions goal goals target targets command commands commanded cmd desired des ref '
-    'reference setpoint soll sollwert ziel vorgabe consigne cible commande'
+    'reference setpoint wanted demand demanded soll sollwert ziel vorgabe consigne cible commande'
 )
 BESIDES = _words(
     'observation measured meas present actual joint jnt j axis state ist istwert gemessen mesure '
     'mesuree gelenk achse axe articulaire angulaire angular dreh reel reelle de des du le la der '
-    'die das am'
+    'die das am observations obs data controller states'
 )
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')

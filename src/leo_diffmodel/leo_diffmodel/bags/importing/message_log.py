@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
 import json
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,6 @@ from .log_format import LogFormat, opened, Reader, refuse_bag, Table
 
 TIME = 'log_time'  # since the first message [s]
 Messages = Iterator[tuple[str, int, Any]]  # topic, time [ns], content
-Topics = dict[str, list[dict[str, float]]]
 
 
 def _ros1(log: Path) -> Messages:
@@ -65,32 +65,35 @@ def _protobuf(schema: Schema) -> Callable[[bytes], Any]:
 def _read(
     kind: str, messages: Callable[[Path], Messages], log: Path, log_format: LogFormat
 ) -> list[Table]:
-    topics: Topics = defaultdict(list)
+    rows: dict[str, list[dict[str, float]]] = defaultdict(list)
     with opened(log, kind) as file:
         for topic, logged_ns, content in messages(file):
             numbers = dict(numbers_in(content, '', log_format.order))
-            topics[topic.strip('/').replace('/', '.')].append({TIME: logged_ns} | numbers)
-    clocks = listed(log_format.records or max(topics, key=lambda name: _rank(topics[name])))
-    return [_joined(log, topics, clock.strip('/').replace('/', '.')) for clock in clocks]
+            rows[_name(topic)].append({TIME: logged_ns} | numbers)
+    topics = {n: stacked(sorted(each, key=itemgetter(TIME))) for n, each in rows.items()}
+    chosen = log_format.records or max(topics, key=lambda name: _rank(topics[name]), default=[])
+    return [_joined(log, topics, _name(clock)) for clock in listed(chosen)]
 
 
-def _rank(rows: list[dict[str, float]]) -> tuple[bool, int]:
-    return any('position' in name for name in rows[0]), len(rows)
+def _name(topic: str) -> str:
+    return topic.strip('/').replace('/', '.')
 
 
-def _joined(log: Path, topics: Topics, clock: str) -> Table:
+def _rank(table: Table) -> tuple[bool, int]:
+    return any('position' in name for name in table), len(table[TIME])
+
+
+def _joined(log: Path, topics: dict[str, Table], clock: str) -> Table:
     if clock not in topics:
         raise UserError(f'{log} has no topic {clock}{nearest(clock, topics)}')
-    start = min(row[TIME] for rows in topics.values() for row in rows)
-    times = np.sort([row[TIME] for row in topics[clock]])
+    times, start = topics[clock][TIME], min(table[TIME][0] for table in topics.values())
     found: Table = {TIME: (times - start) * 1e-9}
-    for topic, rows in topics.items():
-        table = stacked(sorted(rows, key=lambda row: row[TIME]))
-        own = table.pop(TIME)
+    for topic, table in topics.items():
+        own = table[TIME]
         for name, values in table.items():
-            same = np.array_equal(own, times)
-            at = values if same else np.interp(times, own, values, np.nan, np.nan)
-            found[f'{topic}.{name}'] = at
+            if not np.array_equal(own, times):
+                values = np.interp(times, own, values, np.nan, np.nan)
+            found |= {f'{topic}.{name}': values} if name != TIME else {}
     return found
 
 

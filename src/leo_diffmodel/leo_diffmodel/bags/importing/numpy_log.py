@@ -8,11 +8,10 @@ import numpy as np
 from .arrays_log import tables
 from .log_format import LogFormat, opened, Reader, Table
 
-KIND = 'a NumPy file without objects, which can run code; np.savez(FILE, t=t, q=q) makes one'
-
 
 def read_numpy(log: Path, log_format: LogFormat) -> list[Table]:
-    with opened(log, KIND) as file:
+    kind = 'a NumPy file without objects, which can run code; np.savez(FILE, t=t, q=q) makes one'
+    with opened(log, kind) as file:
         content = np.load(file, allow_pickle=False)
         if not isinstance(content, np.ndarray):
             content = {name: array[()] for name, array in content.items()}

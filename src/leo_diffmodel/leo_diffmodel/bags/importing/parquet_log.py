@@ -16,8 +16,8 @@ EPISODE, FRAME = 'episode_index', 'frame_index'
 
 
 def read_parquet(log: Path, log_format: LogFormat) -> list[Table]:
-    (table,) = tables(log, content_of(log), log_format)
-    return list(by_episode(table, log)) if EPISODE in table else [table]
+    found = tables(log, content_of(log), log_format)
+    return [part for table in found for part in by_episode(table, log)]
 
 
 def content_of(file: Path, columns: Sequence[str] | None = None) -> dict[str, Any]:
@@ -35,8 +35,8 @@ def content_of(file: Path, columns: Sequence[str] | None = None) -> dict[str, An
 
 
 def by_episode(table: Table, log: Path) -> Iterator[Table]:
-    """Yield the frames of each episode, in order, as a LeRobot data set numbers them."""
-    numbers = table[EPISODE]
+    """Yield the frames of each episode, in order, as a LeRobot data set numbers them, else all."""
+    numbers = table.get(EPISODE, np.zeros(len(next(iter(table.values()), ()))))
     if not np.isfinite(numbers).all():
         raise UserError(f'{log}: frames without {EPISODE}; fetch the data set again')
     order = table.get(FRAME, np.arange(len(numbers)))

@@ -7,7 +7,7 @@ import pickle
 import shutil
 import sys
 
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf import struct_pb2
 import h5py
 from mcap.writer import Writer as McapWriter
 from mcap_protobuf.writer import Writer as ProtobufWriter
@@ -117,15 +117,11 @@ def foxglove(file, run):
 
 
 def protobuf(file, run):
-    described = descriptor_pb2.FileDescriptorProto(name='arm.proto', syntax='proto3')
-    arm, pool = described.message_type.add(name='Arm'), descriptor_pool.DescriptorPool()
-    for number, name in enumerate(('q', 'dq', 'u'), start=1):
-        arm.field.add(name=name, number=number, label='LABEL_REPEATED', type='TYPE_DOUBLE')
-    pool.Add(described)
-    kind = message_factory.GetMessageClass(pool.FindMessageTypeByName('Arm'))
     with file.open('wb') as stream, ProtobufWriter(stream) as writer:
-        for t, q, dq, u in messages(run):
-            writer.write_message('/arm', kind(q=q, dq=dq, u=u), t, t)
+        for t, *values in messages(run):
+            message = struct_pb2.Struct()
+            message.update({name: [*v] for name, v in zip(('q', 'dq', 'u'), values, strict=True)})
+            writer.write_message('/arm', message, t, t)
 
 
 def ros1(file, run):
