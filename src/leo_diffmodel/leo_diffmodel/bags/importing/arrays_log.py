@@ -24,7 +24,7 @@ WIDEST = 1000  # a matrix of more columns than a robot has sensors is something 
 _EPISODE = re.compile(
     r'(?:.*\.)?(?:demo|episode|ep|run|rollout|trajectory|traj|trial)_?(\d+)\.(.+)'
 )
-_STAMPS = {'sec', 'nanosec'}, {'sec', 'nsec'}, {'secs', 'nsecs'}, {'seconds', 'nanos'}
+_STAMPS = ('sec', 'nanosec'), ('sec', 'nsec'), ('secs', 'nsecs'), ('seconds', 'nanos')
 _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,\s*:\s*\]')
 
 
@@ -217,10 +217,11 @@ def numbers_in(value: Any, name: str, order: Sequence[str]) -> Iterator[tuple[st
     elif isinstance(value, str):
         with suppress(ValueError):
             yield name, number_of(value)
-    elif isinstance(value, Mapping) and {*value} in _STAMPS:
-        seconds, nanoseconds = map(number, value.values())
-        yield name, seconds + 1e-9 * nanoseconds
     elif isinstance(value, Mapping):
+        for seconds, nanoseconds in _STAMPS:
+            if {seconds, nanoseconds} <= value.keys():
+                yield name, number(value[seconds]) + 1e-9 * number(value[nanoseconds])
+                return
         names = value.get('name') or value.get('joint_names')
         order = names if isinstance(names, list) else order
         for key, inside in value.items():

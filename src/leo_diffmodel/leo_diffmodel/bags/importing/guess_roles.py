@@ -77,6 +77,7 @@ LAST = {
 """Words that are a unit where a name ends in them."""
 BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')  # that a unit alone shows
 _IN_BRACKETS = re.compile(r'[\[(]\s*([^\])]*?)\s*[\])]\s*$')
+_INDEX = re.compile(r'\S\[\d+\]$')  # q[1], but no 'duty [1]'
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 _PART = re.compile('|'.join(_PARTS))
 _WORD = re.compile(r'[^\W\d_]+|\d+')
@@ -165,7 +166,8 @@ def fits_quantity(unit: str, quantity: str) -> bool:
 def _unit(column: str) -> tuple[str, str, str]:
     """Return (the name without its unit, the unit, or a last letter that may be one)."""
     inside = _IN_BRACKETS.search(column)
-    if inside and (is_unit(inside[1]) or not _WORD.search(inside[1])):
+    is_index = _INDEX.search(column)
+    if inside and not is_index and (is_unit(inside[1]) or not _WORD.search(inside[1])):
         return column[: inside.start()], canonical(inside[1]), ''
     if inside:  # as (raw): words like the others
         return column.translate(str.maketrans('[]()', '    ')), '', ''

@@ -101,7 +101,7 @@ def frames(file):
 
 def messages(run):
     for t, *values in zip(*run.values(), strict=True):
-        yield 10**18 + round(t * 1e9), *values
+        yield 10**9 + round(t * 1e9), *values
 
 
 def foxglove(file, run):
@@ -163,7 +163,7 @@ EACH = {
     '.h5.gz': (packed(aloha), ALOHA, FIXED),
     'json.mcap': (foxglove, TOPICS, ORDER),
     'protobuf.mcap': (protobuf, 'log_time arm.q[{0}] arm.dq[{0}] arm.u[{0}]', {}),
-    '.bag': (ros1, TOPICS, ORDER),
+    '.bag': (ros1, TOPICS.replace('log_time', 'arm.state.header.stamp'), ORDER),
 }
 """How a run is saved, the columns of its map, and what else the map says."""
 BOTH = {
