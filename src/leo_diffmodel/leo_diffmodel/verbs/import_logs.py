@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
@@ -85,6 +86,7 @@ def _guess(options: argparse.Namespace) -> int:
     logs = [Path(log) for log in options.logs]
     file = Path(options.output or f'{logs[0].resolve().stem}_map.yaml')
     robot, ref = _robot(options.model) if options.model else (None, '')
+    ref = os.path.relpath(ref, file.parent) if ref and Path(ref).is_dir() else ref
     guess_map(logs, file, robot, ref, options.join)
     joined = ['--join'] if options.join else []
     command = leo('import', *options.logs, *joined, '--map', file, '-o', 'BAG')
