@@ -87,7 +87,6 @@ def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
     if not files:
         raise UserError(f'{folder} has no data/chunk-*/*.parquet; fetch the data set whole')
     parts = [_frames(file, info.features) for file in files]
-    _each_in_one_file(files, parts)
     table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return list(by_episode(table, folder))
 
@@ -106,18 +105,6 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
     for name, columns in wanted.items():
         table |= zip(columns, _numbers(frames[name], len(columns), f'{file}, {name}'), strict=True)
     return table
-
-
-def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
-    """Refuse two files with the same episode: its frames would be taken for repeated ones."""
-    seen: dict[float, Path] = {}
-    for file, part in zip(files, parts, strict=True):
-        for number in np.unique(part[EPISODE][np.isfinite(part[EPISODE])]):
-            if seen.setdefault(number, file) != file:
-                raise UserError(
-                    f'{seen[number]} and {file} both have episode {number:.0f}; number the '
-                    'episodes anew, or take out the file that is not of this set'
-                )
 
 
 def _numbers(rows: list[Any], width: int, where: str) -> Column:

@@ -77,20 +77,18 @@ def matlab(file, run):
         head.write(b'MATLAB 7.3 MAT-file'.ljust(124) + b'\x00\x02IM')
 
 
-def umi(folder, version=2):
+def umi(file):
+    folder, version = (file.with_suffix(''), 3) if file.suffix == '.zip' else (file, 2)
     root = zarr.open_group(folder, mode='w', zarr_format=version)
     for name, values in (WHOLE | {'rgb': PICTURES}).items():
         root.create_array(f'data/{name}', data=values)
     root.create_array('meta/episode_ends', data=np.array([30, 61]))
-    if version == 2:  # its pictures are in a code that is not installed
+    if version == 3:
+        shutil.make_archive(folder, 'zip', folder)
+    else:  # its pictures are in a code that is not installed
         head = folder / 'data/rgb/.zarray'
         said = json.loads(head.read_text())
         head.write_text(json.dumps(said | {'compressor': {'id': 'imagecodecs_jpegxl'}}))
-
-
-def umi_zip(file):
-    umi(file.with_suffix(''), 3)
-    shutil.make_archive(file.with_suffix(''), 'zip', file.with_suffix(''))
 
 
 def frames(file):
@@ -169,10 +167,17 @@ EACH = {
 BOTH = {
     '.hdf5': (robomimic, 't obs.joint_pos[{0}] obs.joint_vel[{0}] actions[{0}]', FIXED),
     '.zarr': (umi, UMI, {}),
-    '.zarr.zip': (umi_zip, UMI, {}),
+    '.zarr.zip': (umi, UMI, {}),
     '.parquet': (frames, PLAIN, {}),
 }
 """Formats with both runs in one file."""
+
+
+def each(save, folder, ending):
+    files = [folder / f'{k}{ending}' for k in (0, 1)]
+    for file, run in zip(files, RUNS, strict=True):
+        save(file, run)
+    return files
 
 
 def imported(logs, names, more, bag):
@@ -187,12 +192,10 @@ def imported(logs, names, more, bag):
 @pytest.mark.parametrize('ending', [*EACH, *BOTH])
 def test_a_run_is_the_same_in_any_format(tmp_path, ending):
     save, names, more = (EACH | BOTH)[ending]
-    files, texts = ([tmp_path / f'{k}{end}' for k in (0, 1)] for end in (ending, '.csv'))
-    for text, *file_and_run in zip(texts, files, RUNS, strict=True):
-        csv(text, file_and_run[1])
-        save(*file_and_run) if ending in EACH else None
-    if ending in BOTH:
-        files = files[:1]
+    texts, files = each(csv, tmp_path, '.of.csv'), [tmp_path / f'both{ending}']
+    if ending in EACH:
+        files = each(save, tmp_path, ending)
+    else:
         save(*files)
     found = imported(files, names, more, tmp_path / 'bag')
     for one, other in zip(found, imported(texts, PLAIN, {}, tmp_path / 'of_csv'), strict=True):

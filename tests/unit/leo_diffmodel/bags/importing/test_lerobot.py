@@ -198,17 +198,11 @@ def numbered(file: Path, episode: int) -> None:
     pq.write_table(table.set_column(place, 'episode_index', numbers), file)
 
 
-@pytest.mark.parametrize(
-    ('files', 'message'),
-    [
-        (1, 'episode 0 has frames with the same frame_index'),
-        (2, r'file-000.parquet and .*file-001.parquet both have epis'),
-    ],
-)
-def test_an_episode_twice_is_refused(tmp_path, files, message):
+@pytest.mark.parametrize('files', [1, 2])
+def test_an_episode_twice_is_refused(tmp_path, files):
     data = write_lerobot(tmp_path / 'data', [moves(60, 0), moves(60, 1)], files=files)
     numbered(data / f'data/chunk-000/file-00{files - 1}.parquet', 0)
-    with pytest.raises(UserError, match=message):
+    with pytest.raises(UserError, match='episode 0 has frames with the same frame_index'):
         import_logs([data], MAP, tmp_path / 'bag')
 
 
