@@ -8,6 +8,7 @@ number of each sample of `q` in `arm`.
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import cache
 from itertools import chain
 import math
 from pathlib import Path
@@ -24,7 +25,7 @@ WIDEST = 1000  # a matrix of more columns than a robot has sensors is something 
 _EPISODE = re.compile(
     r'(?:.*\.)?(?:demo|episode|ep|run|rollout|trajectory|traj|trial)_?(\d+)\.(.+)'
 )
-_STAMPS = ('sec', 'nanosec'), ('sec', 'nsec'), ('secs', 'nsecs'), ('seconds', 'nanos')
+_STAMPS = {'nanosec': 'sec', 'nsec': 'sec', 'nsecs': 'secs', 'nanos': 'seconds'}
 _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,\s*:\s*\]')
 
 
@@ -183,9 +184,16 @@ def _split(name: str, values: Column, order: Sequence[str]) -> Table:
 
 def _keys(name: str, values: Sequence[Any] | Column, order: Sequence[str]) -> list[str]:
     """Return what parts of a list are called: by their order, by a name each has, or [0], [1]."""
-    own = [each['name'] for each in values if isinstance(each, Mapping) and 'name' in each]
-    names = next((names for names in (order, own) if len(names) == len(values)), ())
-    return [f'{name}.{part}' for part in names] or [f'{name}[{k}]' for k in range(len(values))]
+    if len(values) and isinstance(values[0], dict):
+        order = [each.get('name', '') for each in values if isinstance(each, dict)]
+    return _places(name, len(values), tuple(map(str, order)))
+
+
+@cache
+def _places(name: str, count: int, order: tuple[str, ...]) -> list[str]:
+    if len(order) == count and all(order):
+        return [f'{name}.{part}' for part in order]
+    return [f'{name}[{k}]' for k in range(count)]
 
 
 def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
@@ -193,7 +201,7 @@ def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
     where = place or 'the top'
     kinds = {type(row) for row in rows} if isinstance(rows, list) else set()
     if kinds == {dict}:
-        return stacked([dict(numbers_in(row, '', log_format.order)) for row in rows])
+        return stacked([numbers_in(row, log_format.order) for row in rows])
     if kinds != {list}:
         raise UserError(f'{log}: no list of records at {where!r}')
     names = log_format.header or numbered(len(rows[0]))
@@ -210,25 +218,30 @@ def stacked(rows: Sequence[Mapping[str, float]]) -> Table:
     return {name: np.array([row.get(name, math.nan) for row in rows]) for name in names}
 
 
-def numbers_in(value: Any, name: str, order: Sequence[str]) -> Iterator[tuple[str, float]]:
-    """Yield the numbers of one record: `q[1]`, or `q.elbow` by its names or the map's order."""
-    if value is None or is_number(value):
-        yield name, number(value)
+def numbers_in(
+    value: Any, order: Sequence[str], name: str = '', found: dict[str, float] | None = None
+) -> dict[str, float]:
+    """Return the numbers of one record: `q[1]`, or `q.elbow` by its names or the map's order."""
+    found = {} if found is None else found
+    if isinstance(value, float):
+        found[name] = value
     elif isinstance(value, str):
         with suppress(ValueError):
-            yield name, number_of(value)
-    elif isinstance(value, Mapping):
-        for seconds, nanoseconds in _STAMPS:
-            if {seconds, nanoseconds} <= value.keys():
-                yield name, number(value[seconds]) + 1e-9 * number(value[nanoseconds])
-                return
+            found[name] = number_of(value)
+    elif isinstance(value, dict):
+        if rest := next(iter(_STAMPS.keys() & value.keys()), None):
+            found[name] = number(value.get(_STAMPS[rest])) + 1e-9 * number(value[rest])
+            return found
         names = value.get('name') or value.get('joint_names')
         order = names if isinstance(names, list) else order
         for key, inside in value.items():
-            yield from numbers_in(inside, f'{name}.{key}'.lstrip('.'), order)
-    elif isinstance(value, list | np.ndarray) and len(value) <= WIDEST:
+            numbers_in(inside, order, f'{name}.{key}' if name else key, found)
+    elif not isinstance(value, list | np.ndarray):
+        found[name] = number(value)
+    elif len(value) <= WIDEST:
         for key, inside in zip(_keys(name, value, order), value, strict=True):
-            yield from numbers_in(inside, key, order)
+            numbers_in(inside, order, key, found)
+    return found
 
 
 def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:

@@ -68,7 +68,7 @@ def _read(
     rows: dict[str, list[dict[str, float]]] = defaultdict(list)
     with opened(log, kind) as file:
         for topic, logged_ns, content in messages(file):
-            numbers = dict(numbers_in(content, '', log_format.order))
+            numbers = numbers_in(content, log_format.order)
             rows[_name(topic)].append({TIME: logged_ns} | numbers)
     topics = {n: stacked(sorted(each, key=itemgetter(TIME))) for n, each in rows.items()}
     chosen = log_format.records or max(topics, key=lambda name: _rank(topics[name]), default=[])
