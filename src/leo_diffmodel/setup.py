@@ -58,6 +58,7 @@ setup(
     ],
     extras_require={
         'cluster': ['distributed>=2024.8'],
+        'logs': ['h5py>=3.10', 'mcap-protobuf-support>=0.5', 'zarr>=3'],
         'learn': ['safetensors', 'torch>=2.5,<2.14'],
         'test': ['pytest', 'hypothesis'],
     },

@@ -12,7 +12,9 @@ from tests.architecture.test_imports import ROS
 from tests.commands import CODE
 from tests.simulate import bag, PENDULUM, record
 
-EXTRAS = {'torch', 'safetensors', 'pybullet', 'mujoco', 'dynamixel_sdk', 'scservo_sdk'}
+from leo_msgs_py import cli
+
+EXTRAS = {*cli._EXTRAS, 'mujoco'}
 BLOCKER = """
 import sys
 

@@ -17,6 +17,7 @@ import yaml
 from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.expression import evaluate, FUNCTIONS
 from leo_diffmodel.bags.importing.guess import guess_map
+from leo_diffmodel.bags.importing.tables import READERS
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -125,7 +126,7 @@ def test_any_table(header, rows, end, sign):
 @SETTINGS
 @given(
     st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)),
-    st.sampled_from(('csv', 'json', 'mat', 'txt')),
+    st.sampled_from(['csv.gz', *(ending for reader in READERS for ending in reader.endings)]),
 )
 def test_any_bytes(content, kind):
     imported(content, f'log.{kind}')

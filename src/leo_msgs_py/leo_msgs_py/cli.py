@@ -67,10 +67,13 @@ _NO_ROS = (
 )
 _EXTRAS = {
     'dynamixel_sdk': 'leo_sim[servos]',
+    'h5py': 'leo_diffmodel[logs]',
+    'mcap_protobuf': 'leo_diffmodel[logs]',
     'scservo_sdk': 'leo_sim[servos]',
     'pybullet': 'leo_sim[bullet]',
     'safetensors': 'leo_diffmodel[learn]',
     'torch': 'leo_diffmodel[learn]',
+    'zarr': 'leo_diffmodel[logs]',
 }
 """What not everybody needs, and the extra that brings it."""
 _NO_EXTRA = "this needs {}, which is not installed: pip install '{}'"

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""leo import: logs (CSV, JSON, MATLAB, LeRobot data sets) become bags, by a column map."""
+"""leo import: logs of any format become bags, by a column map."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
@@ -37,7 +38,7 @@ a column map:
     pivot:
       position: {column: angle, unit: deg, sign: -1, offset: 3.14159}
       velocity: {column: speed, unit: deg/s}
-      # effort: 'data[:, 2]'             # the third column of a matrix
+      # effort: 'tau[2]'                 # the third number of each sample of an array
   inputs:                                # left out for a passive log
     pivot:
       voltage: {expression: duty * supply}
@@ -85,6 +86,7 @@ def _guess(options: argparse.Namespace) -> int:
     logs = [Path(log) for log in options.logs]
     file = Path(options.output or f'{logs[0].resolve().stem}_map.yaml')
     robot, ref = _robot(options.model) if options.model else (None, '')
+    ref = os.path.relpath(ref, file.parent) if ref and Path(ref).is_dir() else ref
     guess_map(logs, file, robot, ref, options.join)
     joined = ['--join'] if options.join else []
     command = leo('import', *options.logs, *joined, '--map', file, '-o', 'BAG')
@@ -107,10 +109,10 @@ def _robot(model: str) -> tuple[Robot, str]:
 def _parser() -> Parser:
     parser = Parser(
         'leo import',
-        'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
+        'Turn logs that are no bags into one, an episode per run (formats: docs/your_robot.md).',
         f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
-    about = 'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set'
+    about = 'a file (CSV, JSON, MATLAB, HDF5, ...), or the folder of a LeRobot data set or zarr'
     parser.add('logs LOG', about, nargs='+')
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')

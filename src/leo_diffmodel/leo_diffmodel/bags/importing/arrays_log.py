@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a JSON or MATLAB log holds as tables: arrays, matrices, lists of rows and single numbers.
+"""What a log of nested names holds as tables: arrays, matrices, lists of rows and single numbers.
 
-Places in it are written `run.data[0]`, `Y[*][1]`, `data[:, 2]`.
+Places in it are written `run.data[0]`, `Y[*][1]`, `data[:, 2]`. A column `arm.q[1]` has the second
+number of each sample of `q` in `arm`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache
 from itertools import chain
 import math
 from pathlib import Path
@@ -15,9 +19,13 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 
-from .log_format import Column, each_once, LogFormat, numbered, Table
+from .log_format import Column, each_once, LogFormat, number_of, numbered, Table
 
 WIDEST = 1000  # a matrix of more columns than a robot has sensors is something else
+_EPISODE = re.compile(
+    r'(?:.*\.)?(?:demo|episode|ep|run|rollout|trajectory|traj|trial)_?(\d+)\.(.+)'
+)
+_STAMPS = {'nanosec': 'sec', 'nsec': 'sec', 'nsecs': 'secs', 'nanos': 'seconds'}
 _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,\s*:\s*\]')
 
 
@@ -73,27 +81,86 @@ def filled(numbers: Mapping[str, float], count: int) -> Table:
     return {name: np.full(count, value, dtype=float) for name, value in numbers.items()}
 
 
-def column(log: Path, name: str, value: Any) -> Column:
-    try:
-        return np.asarray(value, dtype=float).ravel()
-    except (TypeError, ValueError, OverflowError):
-        raise UserError(f'{log}: {name} is not an array of numbers') from None
+def tree(group: Any, names: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
+    """Return groups as dicts, and arrays that may be columns; not what does not open."""
+    found: dict[str, Any] = {}
+    for name in names(group):
+        with suppress(KeyError, ValueError):
+            node = group[name]
+            if not hasattr(node, 'shape'):
+                found[name] = tree(node, names)
+            elif are_columns(node.shape or ()):
+                found[name] = node[()]
+    return found
+
+
+def are_columns(shape: Sequence[int]) -> bool:
+    wide = sorted(size for size in shape if size > 1)
+    return len(wide) < 2 or (len(wide) == 2 and wide[0] <= WIDEST)
+
+
+def flat(content: Mapping[str, Any], before: str = '') -> Iterator[tuple[str, Any]]:
+    """Yield what nested names lead to, as `arm.q`; parts of a structured array are names, too."""
+    for name, value in content.items():
+        if isinstance(value, np.ndarray) and value.dtype.names:
+            value = {part: value[part] for part in value.dtype.names}
+        if isinstance(value, dict):
+            yield from flat(value, f'{before}{name}.')
+        else:
+            yield f'{before}{name}', value
+
+
+def tables(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
+    """Return one table per episode: what the map says, else each of groups like demo_0, demo_1."""
+    if log_format.fields:
+        return from_fields(log, content, log_format)
+    if log_format.records is None and isinstance(content, dict):
+        return [columns(log, part, log_format) for part in episodes(content)]
+    return [_table(log, content, place, log_format) for place in listed(log_format.records or '')]
+
+
+def episodes(content: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return what each of several numbered groups holds, with the numbers beside; else all."""
+    found: dict[int, dict[str, Any]] = defaultdict(dict)
+    for name, value in flat(content):
+        if match := _EPISODE.fullmatch(name):
+            found[int(match[1])][match[2]] = value
+    return [_beside(content) | found[k] for k in sorted(found)] or [content]
+
+
+def _beside(content: Any) -> dict[str, float]:
+    every = flat(content) if isinstance(content, dict) else ()
+    return {name: number(value) for name, value in every if is_number(value)}
+
+
+def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
+    rows = follow(content, place, log)
+    if isinstance(rows, dict):
+        return columns(log, rows, log_format)
+    table = from_rows(log, rows, place, log_format)
+    return filled(_beside(content), len(rows)) | table
 
 
 def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:
-    """Return the arrays of a log as columns: a matrix `data` gives `data[:, 0]`, `data[:, 1]`, ...
+    """Return the arrays of a log that are as long as the longest; of a matrix each column.
 
     Numbers next to them are columns of one value; texts and lists of texts are left out.
     """
     found: Table = {}
-    for name, value in content.items():
-        if isinstance(value, list | np.ndarray) and _has_numbers(value):
-            found |= _split(name, column(log, name, value), np.shape(value))
+    numbers: dict[str, float] = {}
+    for name, value in flat(content):
+        if is_number(value):
+            numbers[name] = number(value)
+        elif _has_numbers(value):
+            try:
+                found |= _split(name, np.asarray(value, dtype=float), log_format.order)
+            except (TypeError, ValueError, OverflowError):
+                raise UserError(f'{log}: {name} is not an array of numbers') from None
+    longest = max(map(len, found.values()), default=0)
+    found = {name: values for name, values in found.items() if len(values) == longest}
     if log_format.header and len(found) == len(log_format.header):
         each_once(log_format.header, str(log))
         found = dict(zip(log_format.header, found.values(), strict=True))
-    numbers = {name: number(value) for name, value in content.items() if is_number(value)}
-    longest = max(map(len, found.values()), default=0)
     return (filled(numbers, longest) | found) if found else {}
 
 
@@ -104,17 +171,29 @@ def _has_numbers(values: Any) -> bool:
     return is_number(values) or any(map(_has_numbers, inside))
 
 
-def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
+def _split(name: str, values: Column, order: Sequence[str]) -> Table:
     """Return the columns of an array, along its longer side; of a vector it is itself."""
-    wide = [size for size in shape if size > 1]
-    if len(wide) < 2:
-        return {name: flat}
-    if len(wide) > 2 or min(wide) > WIDEST:
+    matrix = values.squeeze()
+    if matrix.ndim < 2:
+        return {name: matrix.ravel()}
+    if not are_columns(matrix.shape):
         return {}
-    matrix = flat.reshape(wide)
-    if wide[0] >= wide[1]:
-        return {f'{name}[:, {k}]': matrix[:, k] for k in range(wide[1])}
-    return {f'{name}[{k}, :]': matrix[k] for k in range(wide[0])}
+    rows = matrix if matrix.shape[0] < matrix.shape[1] else matrix.T
+    return dict(zip(_keys(name, rows, order), rows, strict=True))
+
+
+def _keys(name: str, values: Sequence[Any] | Column, order: Sequence[str]) -> list[str]:
+    """Return what parts of a list are called: by their order, by a name each has, or [0], [1]."""
+    if len(values) and isinstance(values[0], dict):
+        order = [each.get('name', '') for each in values if isinstance(each, dict)]
+    return _places(name, len(values), tuple(map(str, order)))
+
+
+@cache
+def _places(name: str, count: int, order: tuple[str, ...]) -> list[str]:
+    if len(order) == count and all(order):
+        return [f'{name}.{part}' for part in order]
+    return [f'{name}[{k}]' for k in range(count)]
 
 
 def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
@@ -122,8 +201,7 @@ def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
     where = place or 'the top'
     kinds = {type(row) for row in rows} if isinstance(rows, list) else set()
     if kinds == {dict}:
-        names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
-        return {name: np.array([number(row.get(name)) for row in rows]) for name in names}
+        return stacked([numbers_in(row, log_format.order) for row in rows])
     if kinds != {list}:
         raise UserError(f'{log}: no list of records at {where!r}')
     names = log_format.header or numbered(len(rows[0]))
@@ -132,6 +210,38 @@ def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
         if len(row) != len(names):
             raise UserError(f'{log}: row {k} at {where!r} has {len(row)} values, not {len(names)}')
     return {name: np.array([number(row[k]) for row in rows]) for k, name in enumerate(names)}
+
+
+def stacked(rows: Sequence[Mapping[str, float]]) -> Table:
+    """Return numbers of records, NaN where one lacks what others have."""
+    names = dict.fromkeys(chain.from_iterable(rows))
+    return {name: np.array([row.get(name, math.nan) for row in rows]) for name in names}
+
+
+def numbers_in(
+    value: Any, order: Sequence[str], name: str = '', found: dict[str, float] | None = None
+) -> dict[str, float]:
+    """Return the numbers of one record: `q[1]`, or `q.elbow` by its names or the map's order."""
+    found = {} if found is None else found
+    if isinstance(value, float):
+        found[name] = value
+    elif isinstance(value, str):
+        with suppress(ValueError):
+            found[name] = number_of(value)
+    elif isinstance(value, dict):
+        if rest := next(iter(_STAMPS.keys() & value.keys()), None):
+            found[name] = number(value.get(_STAMPS[rest])) + 1e-9 * number(value[rest])
+            return found
+        names = value.get('name') or value.get('joint_names')
+        order = names if isinstance(names, list) else order
+        for key, inside in value.items():
+            numbers_in(inside, order, f'{name}.{key}' if name else key, found)
+    elif not isinstance(value, list | np.ndarray):
+        found[name] = number(value)
+    elif len(value) <= WIDEST:
+        for key, inside in zip(_keys(name, value, order), value, strict=True):
+            numbers_in(inside, order, key, found)
+    return found
 
 
 def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
@@ -145,25 +255,8 @@ def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
         raise UserError(f'{log}: fields differ in their number of episodes: {counts}')
     episodes = range(next(iter(counts.values())))
     parts = ({n: v[k] if n in counts else v[0] for n, v in found.items()} for k in episodes)
-    return [_episode(log, part) for part in parts]
+    return [columns(log, part, log_format) for part in parts]
 
 
 def listed(places: str | Sequence[str]) -> Sequence[str]:
     return [places] if isinstance(places, str) else places
-
-
-def _episode(log: Path, content: Mapping[str, Any]) -> Table:
-    """Return the columns of one episode; a single number is the same in all rows."""
-    numbers = {name: number(value) for name, value in content.items() if is_number(value)}
-    table = {name: column(log, name, v) for name, v in content.items() if name not in numbers}
-    if not table:
-        raise UserError(f'{log}: fields lead to single numbers, not to columns')
-    same_length(log, table)
-    return filled(numbers, len(next(iter(table.values())))) | table
-
-
-def same_length(log: Path, table: Table) -> Table:
-    lengths = {name: len(values) for name, values in table.items()}
-    if len(set(lengths.values())) > 1:
-        raise UserError(f'{log}: columns differ in length: {lengths}')
-    return table

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The column map of `leo import`: which columns are what, in which unit and sign.
 
-`leo import --help` shows one. Besides: `records: [a, b]` and `fields: {angle: 'Y[*][0]'}`, arrays
-of JSON and MATLAB, have an episode for each place or [*]; `time: {period: 0.001}`; a name alone is
+`leo import --help` shows one. Besides: `records: [a, b]` and `fields: {angle: 'Y[*][0]'}` of
+arrays have an episode for each place or [*]; `time: {period: 0.001}`; a name alone is
 short for {column: name}. Computed columns may use those before. Numbers that a log has besides its
 rows, as a head does, are columns with one value in all rows. A value is
 sign * scale * (column in SI) + offset, the offset in SI.

@@ -13,7 +13,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import read
-from leo_sim.description.robot import load_robot
+from leo_sim.description.robot import load_robot, named_robots
 
 from ..arrays import Run, write_runs
 from ..types import APPLIED, Floats
@@ -35,7 +35,7 @@ def import_logs(
     """Write logs to one bag, an episode per run in them, and return its folder.
 
     Args:
-        logs: CSV, JSON or MATLAB files, folders of LeRobot data sets.
+        logs: files and folders in a format of `tables.READERS`.
         column_map: a YAML file, or the name of a shipped map.
         bag: the folder to make.
         join: the logs are parts of one run, as q.csv and dq.csv; by default where their names
@@ -90,7 +90,10 @@ def load_map(source: str | Path | ColumnMap) -> ColumnMap:
     if isinstance(source, ColumnMap):
         return source
     if Path(source).is_file():
-        return read(Path(source), ColumnMap)
+        found = read(Path(source), ColumnMap)
+        folder = Path(source).parent / (found.robot or '')  # a path counts from the map
+        is_path = found.robot and found.robot not in named_robots() and folder.is_dir()
+        return found.model_copy(update={'robot': str(folder)}) if is_path else found
     shipped = shipped_maps()
     name = str(source).removesuffix('.yaml')
     if name not in shipped:

@@ -7,7 +7,6 @@ Dates, as 2026-11-27 10:00:00.000, are seconds.
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 import csv
-from datetime import datetime, UTC
 from itertools import takewhile
 from pathlib import Path
 import re
@@ -74,7 +73,8 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
 
 def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
     lines = _without_comments(lines, log_format.delimiter)
-    delimiter = log_format.delimiter or _delimiter_of(lines, log_format.header, str(log))
+    said = log_format.delimiter or ('\t' if logs.ending_of(log) == 'tsv' else None)
+    delimiter = said or _delimiter_of(lines, log_format.header, str(log))
     if delimiter == SPACES:
         lines, delimiter = [','.join(line.split()) for line in lines], ','
     reader = csv.reader(lines, delimiter=delimiter)
@@ -101,17 +101,13 @@ def _numbers(
 
 
 def _number(cell: str, where: str, decimal: str) -> float:
-    """A number, or a date with its time of day [s], which counts as one of UTC without a zone."""
     text = cell.strip()
     if text.lower() in _WORDS:
         return _WORDS[text.lower()]
-    with suppress(ValueError):
-        return float(text if decimal == '.' else text.translate(_COMMA_FOR_POINT))
     try:
-        moment = datetime.fromisoformat(text)
+        return logs.number_of(text if decimal == '.' else text.translate(_COMMA_FOR_POINT))
     except ValueError:
         raise UserError(f'{where}: {shown(text)} is not a number') from None
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
 def _without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
@@ -215,7 +211,8 @@ def _decimal_of(cells: Iterable[str], log: str) -> str:
 
 def _notes(log: Path) -> list[str]:
     """Return what is to be known of an encoding that was guessed, and constants of comments."""
-    code = logs.encoding_of(log.read_bytes())
+    with logs.opened(log, 'a text file') as file:
+        code = logs.encoding_of(file.read_bytes())
     notes = [f'read as {code}: it is no UTF-8'] if code == logs.WINDOWS else []
     if found := _constants(logs.read_log_text(log).splitlines()):
         said = (
@@ -228,4 +225,4 @@ def _notes(log: Path) -> list[str]:
     return notes
 
 
-CSV = Reader('csv', ('csv', 'txt'), read_csv, notes=_notes)
+CSV = Reader('csv', ('csv', 'tsv', 'txt'), read_csv, notes=_notes)

@@ -75,7 +75,8 @@ def _lines(
     robot: KnownRobot | None,
     notes: Sequence[str],
 ) -> Iterator[str]:
-    table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
+    names = [name for name in tables[0] if all(name in each for each in tables)]
+    table = {name: np.concatenate([each[name] for each in tables]) for name in names}
     roles = with_flags(roles_of(n for n in table if np.isfinite(table[n]).any()), table)
     roles = as_taken(roles, robot.takes if robot else 'position')
     chosen = choose(tables[0], roles, robot)

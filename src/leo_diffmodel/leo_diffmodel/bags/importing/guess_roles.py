@@ -22,16 +22,17 @@ def _words(text: str) -> set[str]:
 
 
 WORDS = {
+    'error': 'err error errors deviation residual fehler abweichung regelabweichung erreur ecart',
     'time': 't time timestamp timestamps stamp clock sec secs seconds zeit zeitstempel temps '
     'instant horodatage',
     'supply_voltage': 'supply battery vbat vbus versorgung versorgungs akku batterie alimentation',
     'acceleration': 'ddq qdd ddot acc accel acceleration beschleunigung',
-    'velocity': 'vel velocity velocities speed speeds dq qd qdot dot dtheta dphi rate omega '
+    'velocity': 'vel velocity velocities speed speeds dq qd qdot qvel dot dtheta dphi rate omega '
     'drehzahl geschwindigkeit vitesse',
     'effort': 'tau torque torques effort efforts force moment kraft couple',
     'voltage': 'voltage volt volts spannung tension',
     'position': 'pos position positions angle angles q theta phi state winkel lage stellung weg '
-    'auslenkung',
+    'auslenkung qpos',
     'current': 'strom courant current amps',
 }
 """Words of each quantity, the surer ones first."""
@@ -44,12 +45,12 @@ ANGLES = _words('angle angles theta phi dtheta dphi omega winkel drehzahl')
 """Words of what turns: next to them a unit of lengths is another word."""
 GOAL = _words(
     'action actions goal goals target targets command commands commanded cmd desired des ref '
-    'reference setpoint soll sollwert ziel vorgabe consigne cible commande'
+    'reference setpoint wanted demand demanded soll sollwert ziel vorgabe consigne cible commande'
 )
 BESIDES = _words(
     'observation measured meas present actual joint jnt j axis state ist istwert gemessen mesure '
     'mesuree gelenk achse axe articulaire angulaire angular dreh reel reelle de des du le la der '
-    'die das am'
+    'die das am observations obs data controller states'
 )
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')
@@ -76,6 +77,7 @@ LAST = {
 """Words that are a unit where a name ends in them."""
 BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')  # that a unit alone shows
 _IN_BRACKETS = re.compile(r'[\[(]\s*([^\])]*?)\s*[\])]\s*$')
+_INDEX = re.compile(r'\S\[\d+\]$')  # q[1], but no 'duty [1]'
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 _PART = re.compile('|'.join(_PARTS))
 _WORD = re.compile(r'[^\W\d_]+|\d+')
@@ -164,7 +166,8 @@ def fits_quantity(unit: str, quantity: str) -> bool:
 def _unit(column: str) -> tuple[str, str, str]:
     """Return (the name without its unit, the unit, or a last letter that may be one)."""
     inside = _IN_BRACKETS.search(column)
-    if inside and (is_unit(inside[1]) or not _WORD.search(inside[1])):
+    is_index = _INDEX.search(column)
+    if inside and not is_index and (is_unit(inside[1]) or not _WORD.search(inside[1])):
         return column[: inside.start()], canonical(inside[1]), ''
     if inside:  # as (raw): words like the others
         return column.translate(str.maketrans('[]()', '    ')), '', ''

@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, Field
 
-from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import check, read_text, shown
 
+from .arrays_log import WIDEST
 from .log_format import Column, LogFormat, Reader, Table
+from .parquet_log import by_episode, content_of, EPISODE
 
-EPISODE, FRAME = 'episode_index', 'frame_index'
-WIDEST = 1000  # a feature of more numbers than a robot has joints is none of its state
 _NUMBERS = ('float', 'int', 'uint', 'bool')
 
 
@@ -87,21 +87,15 @@ def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
     if not files:
         raise UserError(f'{folder} has no data/chunk-*/*.parquet; fetch the data set whole')
     parts = [_frames(file, info.features) for file in files]
-    _each_in_one_file(files, parts)
     table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return list(_episodes(table, folder))
+    return list(by_episode(table, folder))
 
 
 def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
     """Return the frames of one file: the columns that it should have by info.json."""
-    from pyarrow import ArrowException, parquet
-
     every = {name: feature.columns(name) for name, feature in features.items()}
     wanted = {name: columns for name, columns in every.items() if columns}
-    try:
-        frames = parquet.ParquetFile(file).read(columns=list(wanted)).to_pydict()
-    except (ArrowException, OSError, ValueError, OverflowError) as error:
-        raise UserError(f'{file} does not read: {one_line(error)}') from None
+    frames = content_of(file, list(wanted))
     for name in (*wanted, EPISODE):
         if name not in wanted or name not in frames:
             raise UserError(
@@ -113,18 +107,6 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
     return table
 
 
-def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
-    """Refuse two files with the same episode: its frames would be taken for repeated ones."""
-    seen: dict[float, Path] = {}
-    for file, part in zip(files, parts, strict=True):
-        for number in np.unique(part[EPISODE][np.isfinite(part[EPISODE])]):
-            if seen.setdefault(number, file) != file:
-                raise UserError(
-                    f'{seen[number]} and {file} both have episode {number:.0f}; number the '
-                    'episodes anew, or take out the file that is not of this set'
-                )
-
-
 def _numbers(rows: list[Any], width: int, where: str) -> Column:
     """Return the numbers of a feature, shape (width, frames); NaN for what is missing."""
     lists = [row if isinstance(row, list) else [row] * width for row in rows]
@@ -132,22 +114,6 @@ def _numbers(rows: list[Any], width: int, where: str) -> Column:
         return np.array(lists, dtype=float).reshape(len(rows), width).T
     except (ValueError, TypeError, OverflowError):
         raise UserError(f'{where} has not {width} numbers in every frame') from None
-
-
-def _episodes(table: Table, folder: Path) -> Iterator[Table]:
-    numbers = table[EPISODE]
-    if not np.isfinite(numbers).all():
-        raise UserError(f'{folder}: frames without {EPISODE}; fetch the data set again')
-    order = table.get(FRAME, np.arange(len(numbers)))
-    for number in np.unique(numbers):
-        rows = np.flatnonzero(numbers == number)
-        rows = rows[np.argsort(order[rows], kind='stable')]
-        if FRAME in table and (np.diff(order[rows]) == 0).any():
-            raise UserError(
-                f'{folder}: episode {number:.0f} has frames with the same {FRAME}; '
-                'are they two episodes? Number them anew'
-            )
-        yield {name: column[rows] for name, column in table.items()}
 
 
 LEROBOT = Reader('lerobot', (), read_lerobot, is_lerobot)

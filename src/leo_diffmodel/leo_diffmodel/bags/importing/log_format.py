@@ -2,37 +2,44 @@
 """What each format of logs has: a reader of tables, what a column map says, names of columns."""
 
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from datetime import datetime, UTC
+import gzip
 from pathlib import Path
 import re
-from typing import Literal
+from tempfile import TemporaryDirectory
+from typing import Literal, NoReturn
 
 import numpy as np
 from pydantic import Field
 
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.terminal import leo
 from leo_sim.common.yaml_file import Fixed, shown
 
 from ..types import Floats
 
 Column = Floats
 Table = dict[str, Column]  # columns by name, all of one length
-_INDEX = re.compile(r'\[\s*(:|\d+)\s*,\s*(:|\d+)\s*\]')
+_INDEX = re.compile(r'\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\]')
 
 
 class LogFormat(Fixed):
     """What a log's own name and text do not say: a part of the column map.
 
     Attributes:
-        format: by default what the name ends in; a folder is a LeRobot data set.
+        format: by default what the name ends in, and what a folder has in it.
         delimiter: of CSV columns; by default what parts all lines alike.
         decimal: the decimal sign of CSV numbers; by default what the numbers show.
         encoding: of text; by default UTF-8, UTF-16 or cp1252, as the bytes show.
         header: names of the columns of a CSV file, of rows that are lists, or of the one matrix
             of a MATLAB file; by default those of the file, else 0, 1, ...
-        records: JSON, where the list of rows is, or several such places, an episode each.
-        fields: JSON and MATLAB, where arrays are, by the name that the column shall have.
+        records: where the rows or the arrays are, or several such places, an episode each; of
+            messages, the topic that has the times of the samples.
+        fields: where arrays are, by the name that the column shall have.
+        order: names of the numbers of a sample, where there are as many: `q.elbow` for `q[0]`.
     """
 
     format: str | None = None
@@ -42,6 +49,7 @@ class LogFormat(Fixed):
     header: list[str] | None = None
     records: str | list[str] | None = None
     fields: dict[str, str | list[str]] = Field(default_factory=dict)
+    order: list[str] = Field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -70,7 +78,43 @@ class Reader:
             return self.is_folder(log)
         if log_format.format:
             return log_format.format == self.name
-        return log.suffix.lower().lstrip('.') in self.endings
+        return ending_of(log) in self.endings
+
+
+def ending_of(log: Path) -> str:
+    """Return what a file's name ends in, without the .gz of one that is packed."""
+    return Path(log.name.lower().removesuffix('.gz')).suffix.lstrip('.')
+
+
+@contextmanager
+def opened(log: Path, kind: str) -> Iterator[Path]:
+    """Give the file to read, of a .gz what it holds; refuse what makes a library raise."""
+    try:
+        if log.suffix.lower() != '.gz':
+            yield log
+            return
+        with TemporaryDirectory() as folder, gzip.open(log) as packed:
+            file = Path(folder, log.stem)
+            file.write_bytes(packed.read())
+            yield file
+    except (ImportError, UserError):
+        raise
+    except Exception as error:  # of a damaged file anything
+        raise UserError(f'{log} is not {kind}: {one_line(error)}') from error
+
+
+def number_of(text: str) -> float:
+    """Return a number, or of a date with its time of day seconds; UTC where it says no zone."""
+    with suppress(ValueError):
+        return float(text)
+    moment = datetime.fromisoformat(text)
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
+
+
+def refuse_bag(log: Path) -> NoReturn:
+    raise UserError(
+        f'{log} is a bag already and needs no import; look into it: {leo("bag", "info", log)}'
+    )
 
 
 def each_once(names: Sequence[str], where: str) -> None:
@@ -93,7 +137,8 @@ def numbered(width: int) -> list[str]:
 
 
 def canonical_index(name: str) -> str:
-    return _INDEX.sub(r'[\1, \2]', name)
+    """Return `data[2]` for `data[:, 2]` and `data[2, :]`: the third number of each sample."""
+    return _INDEX.sub(r'[\1\2]', name)
 
 
 _MARKS = {BOM_UTF8: 'utf-8-sig', BOM_UTF16_LE: 'utf-16', BOM_UTF16_BE: 'utf-16'}
@@ -103,10 +148,8 @@ WINDOWS = 'cp1252'  # what spreadsheets and older programs of western Europe wri
 
 def read_log_text(path: Path, encoding: str | None = None) -> str:
     """Return a log's text without a byte-order mark; by default its bytes show the encoding."""
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise UserError(f'cannot read {path}: {error.strerror}') from error
+    with opened(path, 'a text file') as file:
+        raw = file.read_bytes()
     code = encoding or encoding_of(raw)
     try:
         text = raw.decode(code).removeprefix('\ufeff')

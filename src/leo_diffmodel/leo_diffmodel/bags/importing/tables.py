@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logs as tables: CSV rows, JSON records, MATLAB arrays, LeRobot frames; one for each episode."""
+"""Logs of any format as tables, one for each episode."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,23 +9,29 @@ from itertools import chain
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.terminal import leo
 from leo_sim.common.user_code import guarded
 from leo_sim.common.yaml_file import shown
 
 from .column_map import ColumnMap
 from .csv_log import CSV
 from .expression import evaluate
+from .groups_log import HDF5, ZARR
 from .join import are_parts, joined
-from .json_log import JSON
+from .json_log import JSON, JSON_LINES
 from .lerobot import is_lerobot, LEROBOT
-from .log_format import LogFormat, Reader, Table, without_infinite
+from .log_format import ending_of, LogFormat, Reader, refuse_bag, Table, without_infinite
 from .mat_log import MAT
+from .message_log import MCAP, ROS1
+from .numpy_log import NUMPY
+from .parquet_log import PARQUET
 
-READERS = CSV, JSON, MAT, LEROBOT
+READERS = CSV, JSON, JSON_LINES, MAT, NUMPY, HDF5, ZARR, PARQUET, MCAP, ROS1, LEROBOT
 GROUP = 'leo.log_formats'  # entry points by which other packages register a `Reader`
-BAGS = {'.mcap', '.db3'}
-SHEETS = {'.xlsx', '.xls', '.xlsm', '.xlsb', '.ods', '.numbers'}
+BAGS = {'mcap', 'db3'}
+REFUSED = {
+    'is a spreadsheet; save it as CSV and import that': 'xlsx xls xlsm xlsb ods numbers',
+    'is a pickle, which can run code as it is read; save np.savez(FILE, t=t, q=q)': 'pkl pickle',
+}
 
 
 def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
@@ -42,7 +48,7 @@ def reader_of(log: Path, log_format: LogFormat) -> Reader:
             return reader
         tried.append(reader)
     _refuse_unread(log)
-    name = log_format.format or log.suffix.lower().lstrip('.')
+    name = log_format.format or ending_of(log)
     *names, last = [reader.name for reader in tried if reader.endings]
     raise UserError(
         f'{log}: unknown format {shown(name)}; name one (format: {", ".join(names)} or {last})'
@@ -53,17 +59,16 @@ def _refuse_unread(log: Path) -> None:
     if not log.exists():
         raise UserError(f'no log {log}')
     files = log.iterdir() if log.is_dir() else [log]
-    endings = {file.suffix.lower() for file in files}
+    endings = set(map(ending_of, files))
     if endings & BAGS:
-        raise UserError(
-            f'{log} is a bag already and needs no import; look into it: {leo("bag", "info", log)}'
-        )
+        refuse_bag(log)
     if log.is_dir():
         raise UserError(
             f'{log} is a folder without meta/info.json, so no LeRobot data set; name files'
         )
-    if endings & SHEETS:
-        raise UserError(f'{log} is a spreadsheet; save it as CSV and import that')
+    for why, refused in REFUSED.items():
+        if endings & {*refused.split()}:
+            raise UserError(f'{log} {why}')
 
 
 def _foreign(entry: EntryPoint) -> Reader:

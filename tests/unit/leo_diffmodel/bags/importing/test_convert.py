@@ -60,6 +60,12 @@ def test_units_signs_offsets_and_computed_columns(tmp_path):
     assert recording.metadata['angle_units_said'] == 'pivot'  # unit: deg
 
 
+def test_a_robot_folder_counts_from_the_map(tmp_path):
+    (tmp_path / 'maps/arm').mkdir(parents=True)
+    column_map = load_map(write(tmp_path / 'maps', 'map.yaml', f'robot: arm\n{MAP}'))
+    assert column_map.robot == f'{tmp_path}/maps/arm'
+
+
 def test_an_angle_without_a_unit_is_taken_for_radians_and_noted_as_unsaid(tmp_path):
     column_map = write(tmp_path, 'map.yaml', MAP.replace(', unit: deg', '', 1))
     bag = import_logs([write(tmp_path, 'log.csv', CSV)], column_map, tmp_path / 'bag')

@@ -73,6 +73,10 @@ from leo_sim.description.robot import load_robot
         ('j1 angle', 'position', False, 'joint1', ''),
         ('axis_1_torque', 'effort', False, 'joint1', ''),
         ('Achse 1 Winkel', 'position', False, 'joint1', ''),
+        ('observations.qpos[1]', 'position', False, 'joint1', ''),
+        ('goal.data.elbow', 'position', True, 'elbow', ''),
+        ('elbow_pos_wanted', 'position', True, 'elbow', ''),
+        ('elbow_pos_error', 'error', False, 'elbow', ''),
     ],
 )
 def test_names_in_three_languages_say_what_columns_are(column, quantity, is_goal, joint, unit):

@@ -142,7 +142,7 @@ def test_features_without_names_and_with_names_of_version_2(data):
 def test_a_data_set_that_is_not_whole(data, tmp_path):
     frames, info = data / 'data/chunk-000', data / 'meta/info.json'
     for spoil, message in (
-        (lambda: (frames / 'file-001.parquet').write_bytes(b'PAR1'), 'file-001.parquet does not'),
+        (lambda: (frames / 'file-001.parquet').write_bytes(b'PAR1'), 'is not a parquet file'),
         (lambda: [file.unlink() for file in frames.iterdir()], 'fetch the data set whole'),
         (lambda: info.write_text('{'), 'info.json is not JSON'),
         (info.unlink, 'a folder without meta/info.json'),
@@ -198,17 +198,11 @@ def numbered(file: Path, episode: int) -> None:
     pq.write_table(table.set_column(place, 'episode_index', numbers), file)
 
 
-@pytest.mark.parametrize(
-    ('files', 'message'),
-    [
-        (1, 'episode 0 has frames with the same frame_index'),
-        (2, r'file-000.parquet and .*file-001.parquet both have epis'),
-    ],
-)
-def test_an_episode_twice_is_refused(tmp_path, files, message):
+@pytest.mark.parametrize('files', [1, 2])
+def test_an_episode_twice_is_refused(tmp_path, files):
     data = write_lerobot(tmp_path / 'data', [moves(60, 0), moves(60, 1)], files=files)
     numbered(data / f'data/chunk-000/file-00{files - 1}.parquet', 0)
-    with pytest.raises(UserError, match=message):
+    with pytest.raises(UserError, match='episode 0 has frames with the same frame_index'):
         import_logs([data], MAP, tmp_path / 'bag')
 
 
