@@ -211,4 +211,7 @@ def _named(findings: Findings, part: Part, rules: Sequence[Rule]) -> Named:
     close = [r.candidate.label for r in part.close(findings.gates.margin_nats)]
     rivals = tuple(dict.fromkeys([*close, *instead(findings, part)]))
     doubt = next(iter(said(rules)), '')
-    return Named(part.candidate.label, in_words(part.fit, part.index), same, rivals, doubt)
+    values = part.fit.hypothesis.values(part.fit.theta, part.index)
+    then = part.candidate.effect.in_words(values, findings.search.problem.base.constants)
+    text = ': '.join(filter(None, [in_words(part.fit, part.index), then]))
+    return Named(part.candidate.label, text, same, rivals, doubt)
