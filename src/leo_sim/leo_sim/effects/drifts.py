@@ -21,7 +21,7 @@ class _Drift(Effect):
 
     def left(self, p: Values, time: Any) -> Any:
         """The share of a change that is still to come."""
-        return np.exp(-time / p['T'])
+        return np.exp(-time / np.maximum(p['T'], 1e-9))
 
     def places(self, robot: Robot) -> tuple[str, ...]:
         """Not of a walker, whose runs take seconds."""

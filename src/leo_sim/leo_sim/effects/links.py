@@ -153,7 +153,7 @@ class Gravity(_InSpace):
     def in_words(self, p: Values, constants: Values) -> str:
         x, y, down = p['x'], p.get('y', 0.0), constants['gravity'] - p['z']
         turned, heading = np.degrees([np.arctan2(np.hypot(x, y), down), np.arctan2(y, x)])
-        way = f'{heading:.0f} degrees from x to y' if 'y' in p else 'x' if x > 0 else '-x'
+        way = f'{heading:.0f} degrees (x: 0, y: 90)' if 'y' in p else 'x' if x > 0 else '-x'
         size = np.linalg.norm([x, y, down])
         return f'gravity of {size:.3g} m/s2, turned by {turned:.3g} degrees towards {way}'
 
