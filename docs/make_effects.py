@@ -45,6 +45,10 @@ SHOWN: dict[str, dict[str, float]] = {
     'link_inertia': {'I': 1.0},
     'payload': {'m': 0.6, 'x': 0.5, 'z': -1.0},
     'external_force': {'x': 3.0, 'z': 0.0},
+    'gravity': {'x': 3.0, 'z': 0.0},
+    'warming_friction': {'c': 0.3, 'c_start': 0.8, 'T': 0.15},
+    'torque_fade': {'s': 0.5, 'T': 0.2},
+    'smooth_friction': {'c': 0.5, 'v_0': 0.2},
     'ground_friction': {'mu': 0.5},
     'ground_compliance': {'k': 0.5, 'd': 0.0},
     'ground_slope': {'angle': 0.3},
@@ -122,6 +126,13 @@ def after_a_step(effect: Effect, p: dict[str, float]) -> Curve:
     return 'time', label, TIME, given, np.array(seen)
 
 
+def over_time(effect: Effect, p: dict[str, float]) -> Curve:
+    """What reaches a joint that moves forward of a motor that gives 1 N m."""
+    still = 0 * TIME
+    changed = effect.torque(p, still, still + 1, Motor(still + 1, still), 0.0, TIME)  # type: ignore
+    return 'time', 'at the joint', TIME, still + 1, 1 + changed
+
+
 def by_true_angle(effect: Effect, p: dict[str, float]) -> Curve:
     """What the encoder reads over the true angle."""
     read = effect.sensor(p, SIGNED, 0 * SIGNED, None, 0.01)[0]
@@ -181,6 +192,7 @@ CURVES: dict[str, Callable[[Effect, dict[str, float]], Curve]] = {
     'link_com': weight,
     'payload': weight,
     'external_force': weight,
+    'gravity': weight,
     'link_inertia': acceleration,
     'armature': acceleration,
     'backlash': play,
@@ -195,7 +207,7 @@ def curve(effect: Effect) -> Curve:
     if effect.name in CURVES:
         draw = CURVES[effect.name]
     elif effect.hook == 'torque':
-        draw = by_rate
+        draw = over_time if effect.timed else by_rate
     elif effect.dynamic:
         draw = after_a_step
     else:
@@ -258,8 +270,9 @@ HEAD = """# The effects
 Every law that `leo explain` tries, as the catalogue has it (`src/leo_sim/leo_sim/effects`, one
 class each). Written by `python docs/make_effects.py`; a test holds it to the catalogue. Blue: with
 the effect, dashed: without; axes in arbitrary units. q is an angle, w a rate, u the input, tau a
-torque at the joint. `V` is `N m` on robots that take torques. What one acts on is its hook:
-[your_effect.md](your_effect.md) says what each gets and gives, and how to write one of your own.
+torque at the joint, t the time since a run began. `V` is `N m` on robots that take torques. What
+one acts on is its hook: [your_effect.md](your_effect.md) says what each gets and gives, and how to
+write one of your own.
 """
 
 

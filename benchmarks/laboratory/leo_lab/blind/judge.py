@@ -16,6 +16,8 @@ from leo_sim.effects import EFFECTS
 SURE = 0.9
 NEVER_FAR = ('hysteresis', 'winding_drift')
 """Laws whose nearest relatives in the catalogue may be named, as long as it stays open."""
+JOINED = {'winding_drift': 'torque_fade'}
+"""Laws that the catalogue has by now, by another name."""
 
 
 NAMING = ('named', 'partly', 'ambiguous')
@@ -92,6 +94,8 @@ def _outside(truth: dict, answer: dict, facts: Facts) -> dict:
     right = verdict == 'unknown' and variable == outside.VARIABLES.get(name, variable)
     if name in NEVER_FAR and verdict == 'ambiguous':
         right = distinct(facts, left_open(rows[0])) <= LARGEST_SET
+    if verdict in NAMING and rows[0]['name'] == JOINED.get(name):
+        right = True
     sure = verdict in ('named', 'partly') and len(rows) == 1
     lone = sure and rows[0]['inclusion_probability'] > SURE
     return {'right': right, 'variable': variable, 'lone': lone}

@@ -164,8 +164,8 @@ class UnitSizes:
         """
         if unit in COUNTS:
             return 1.0
-        if unit == 'kg m2':
-            return self.inertia
+        if unit in ('kg m2', 'm/s2'):
+            return self.inertia if unit == 'kg m2' else EARTH
         power = powers(unit.replace('Nm', 'N m'))
         if power.keys() - {*SYMBOLS, '1'}:
             return None

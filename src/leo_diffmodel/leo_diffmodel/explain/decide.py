@@ -8,9 +8,8 @@ from leo_diffmodel.explain.estimate.fitted import Fit, in_words, Rest
 from leo_diffmodel.explain.findings.findings import Contender, Findings, Part
 from leo_diffmodel.explain.problem.candidates import at_limit
 from leo_diffmodel.explain.problem.classes import pair_note
-from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
 from leo_msgs_py.console import listed
-from leo_sim.model import Model
 
 
 @dataclass(frozen=True)
@@ -228,12 +227,7 @@ def _named(findings: Findings, part: Part, rules: Sequence[Rule]) -> Named:
     close = [r.candidate.label for r in part.close(findings.gates.margin_nats)]
     rivals = tuple(dict.fromkeys([*close, *instead(findings, part)]))
     doubt = next(iter(said(rules)), '')
-    values = in_words(part.fit, part.index) + added_to(part.candidate, findings.base)
-    return Named(part.candidate.label, values, same, rivals, doubt)
-
-
-def added_to(candidate: Candidate, base: Model) -> str:
-    """The mass of the link that an effect adds a mass to, for a sentence."""
-    mass = base.constants.get(f'links.{candidate.where}.mass')
-    adds = candidate.effect.hook == 'body' and candidate.parameters[0].unit == 'kg'
-    return f', added to {float(mass):.3g} kg' if adds and mass is not None else ''
+    candidate, values = part.candidate, part.fit.hypothesis.values(part.fit.theta, part.index)
+    then = candidate.effect.in_words(values, candidate.where, findings.base.constants)
+    text = ', '.join(filter(None, [in_words(part.fit, part.index), then]))
+    return Named(candidate.label, text, same, rivals, doubt)

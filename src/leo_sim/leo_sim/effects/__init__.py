@@ -14,7 +14,7 @@ from leo_msgs_py.names import nearest
 from leo_sim.common.consent import trust
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.description.robot import Robot
-from leo_sim.effects import commands, friction, ground, joints, links, sensors
+from leo_sim.effects import commands, drifts, friction, ground, joints, links, sensors
 from leo_sim.effects.base import Effect as Effect
 from leo_sim.effects.base import HOOKS
 from leo_sim.effects.base import Placed as Placed
@@ -62,6 +62,10 @@ EFFECTS: dict[str, Effect] = {
         friction.DirectionalLoadFriction(),
         commands.VoltagePush(),
         links.Payload(),
+        links.Gravity(),
+        drifts.WarmingFriction(),
+        drifts.TorqueFade(),
+        friction.SmoothFriction(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""
@@ -107,8 +111,8 @@ def place(
                 f'{effect.name} cannot act at {place_name!r} of {robot.name}; '
                 f'possible: {", ".join(possible)}'
             )
-    if effect.late and set(names) != set(possible):
-        raise UserError(f'{effect.name} acts on the whole joint state: place it at all')
+    if effect.undivided and set(names) != set(possible):
+        raise UserError(f'{effect.name} acts on the whole robot at once: place it at all')
     declared = effect.parameters_for(robot, names)
     known = {p.name: p.neutral for p in declared}
     for parameter in parameters:

@@ -66,6 +66,7 @@ class Effect:
     dynamic: ClassVar[bool] = False
     late: ClassVar[bool] = False  # the sensor hook shows the state of all joints `delay` s ago
     of_rates: ClassVar[bool] = False  # it shows in measured rates alone
+    undivided: ClassVar[bool] = False  # it acts at all its places at once, as one: at 'all'
     uses_load: bool = False  # the torque hook looks at `load`, which costs time to compute
     remembers: bool = False  # the torque hook takes `memory` as a last argument; see `remember`
     timed: bool = False  # its memory starts as the time s since the run began, not as None
@@ -106,9 +107,11 @@ class Effect:
         """What the torque hook of an effect that `remembers` knows after dt s at the rates dq.
 
         The memory is what this method returned before; None at the start of a run, or where
-        `timed` the time s since then.
+        `timed` the time s since then, which goes on.
         """
-        raise NotImplementedError
+        if not self.timed:
+            raise NotImplementedError
+        return memory + dt
 
     def drive(self, p: Values, drive: Drive) -> Drive:
         raise NotImplementedError
@@ -155,6 +158,10 @@ class Effect:
         zero_q, zero_dq, _ = self.sensor(p, np.zeros_like(q), np.zeros_like(dq), None, 0.0)
         one_q, one_dq, _ = self.sensor(p, np.ones_like(q), np.ones_like(dq), None, 0.0)
         return (q - zero_q) / (one_q - zero_q), (dq - zero_dq) / (one_dq - zero_dq), None
+
+    def in_words(self, p: Values, where: str, constants: Values) -> str:
+        """What a model with these constants is like then, if its parameters do not say so."""
+        return ''
 
     def applies(self, robot: Robot) -> bool:
         return bool(self.places(robot))

@@ -102,6 +102,24 @@ class StribeckFriction(_Friction):
         return -np.copysign(level, dq)
 
 
+class SmoothFriction(_Friction):
+    """Dry friction that turns its sign over a range of speeds, as in most simulators."""
+
+    name = 'smooth_friction'
+    parameters = (
+        Parameter('c', 'N m', low=0.0, role='amplitude', linear=False),
+        Parameter('v_0', 'rad/s', neutral=0.1, low=0.0, role='shape'),
+    )
+    equation = 'tau = -c tanh(w / v_0)'
+    looks_like = 'Amplitudes shrink as with dry friction, but nothing ever holds still: it creeps.'
+    confused_with = 'coulomb_friction, which it holds, when hardly any motion is slower than v_0.'
+    reveal = 'Very slow reversals, and a small torque that is held.'
+
+    @staticmethod
+    def law(c: float, v_0: float, _: float, q: float, dq: float, motor: float, load: float) -> Any:
+        return -c * np.tanh(dq / np.maximum(v_0, 1e-9))
+
+
 class LoadDependentFriction(_DryUnderLoad):
     """Dry friction in proportion to the torque the gear transmits."""
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects on the inertial figures of links, and forces on them."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,10 @@ ASKEW = 1e-6  # rad between axes that are not parallel
 class _Link(Effect):
     family = 'inertia'
     hook = 'body'
+
+    def in_words(self, p: Values, where: str, constants: Values) -> str:
+        mass = constants.get(f'links.{where}.mass') if self.parameters[0].unit == 'kg' else None
+        return '' if mass is None else f'added to {float(mass):.3g} kg'
 
 
 class _InSpace(_Link):
@@ -123,5 +127,44 @@ class ExternalForce(_InSpace):
     reveal = 'Slow motion over a full turn, then fast motion: a force adds no inertia.'
 
     def body(self, p: Values, link: Body) -> Body:
-        x, y, z = link.force
-        return link._replace(force=(x + p['x'], y + p.get('y', 0.0), z + p['z']))
+        return _pulled(link, p, 1.0)
+
+
+class Gravity(_InSpace):
+    """Gravity changed by (x, y, z) in world axes, of all links: a robot that is mounted askew.
+
+    y only where a hinge turns a link about another axis. Nothing of a robot with one joint, where
+    it is an external force, or on the ground, where it is a slope.
+    """
+
+    name = 'gravity'
+    family = 'load'
+    in_world_axes = True
+    undivided = True
+    parameters = tuple(Parameter(axis, 'm/s2', role='amplitude') for axis in 'xyz')
+    equation = 'gravity + (x, y, z) in world axes, on every link'
+    looks_like = 'Every link is pulled another way, or more or less, in proportion to its mass.'
+    confused_with = (
+        'encoder_offset of a hinge at the base that carries all: the same, in its plane; '
+        'external_force on each link.'
+    )
+    reveal = 'Slow motion of all joints over large angles.'
+    rank = 110
+
+    def body(self, p: Values, link: Body) -> Body:
+        return _pulled(link, p, link.mass)
+
+    def in_words(self, p: Values, where: str, constants: Values) -> str:
+        x, y, down = p['x'], p.get('y', 0.0), constants['gravity'] - p['z']
+        turned, heading = np.degrees([np.arctan2(np.hypot(x, y), down), np.arctan2(y, x)])
+        way = f'{heading:.0f} degrees (x: 0, y: 90)' if 'y' in p else 'x' if x > 0 else '-x'
+        size = np.linalg.norm([x, y, down])
+        return f'which is gravity of {size:.3g} m/s2, turned by {turned:.3g} degrees towards {way}'
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        return () if robot.contacts or len(robot.joint_names) == 1 else super().places(robot)
+
+
+def _pulled(link: Body, p: Values, by: Any) -> Body:
+    x, y, z = link.force
+    return link._replace(force=(x + by * p['x'], y + by * p.get('y', 0.0), z + by * p['z']))

@@ -126,6 +126,7 @@ class MeasurementDelay(_Sensor):
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'
     dynamic = True
     late = True
+    undivided = True
     rank = 90
 
     def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:

@@ -69,10 +69,11 @@ def needs(placed: Placed, robot: Robot) -> set[str]:
 
 
 def friction_at_speed(placed: Placed) -> float | None:
-    """The level to which dry friction that varies falls at speed, N m (N); None where to none."""
-    if not placed.effect.dry or placed.effect.uses_load or placed.effect.remembers:
+    """The level to which friction comes at speed, N m (N); None where to none."""
+    effect = placed.effect
+    if effect.family != 'friction' or effect.uses_load or effect.remembers:
         return None
-    levels = _tried(placed, fast=1e6)[1]
+    levels = np.abs(_tried(placed, fast=1e6)[1])
     return float(levels.flat[0]) if _constant(levels) else None
 
 

@@ -255,8 +255,8 @@ def _ground(effects: Sequence[Placed], values: Mapping[str, Any]) -> Ground:
 
 
 def _of_hook(hook: str, effects: Sequence[Placed]) -> Iterator[tuple[Placed, dict[str, Any]]]:
-    """Effects of one hook, with their parameters as single components take them."""
-    for placed in effects:
+    """Effects of one hook in rank, with their parameters as single components take them."""
+    for placed in sorted(effects, key=lambda p: p.effect.rank):
         if placed.effect.hook == hook:
             yield placed, {name: _squeezed(value) for name, value in placed.parameters.items()}
 

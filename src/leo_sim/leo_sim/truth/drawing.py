@@ -52,7 +52,7 @@ def draw(robot: Robot, rng: Rng) -> Placed:
     windows = Windows(robot, rng)
     for name in _order(robot, rng):
         places = EFFECTS[name].places(robot)
-        where = 'all' if EFFECTS[name].late else places[rng.integers(len(places))]
+        where = 'all' if EFFECTS[name].undivided else places[rng.integers(len(places))]
         size = math.exp(rng.uniform(*np.log(SIZES_ON_GROUND if robot.contacts else SIZES)))
         if (placed := of_size(windows, name, where, size, rng)) is not None:
             return placed

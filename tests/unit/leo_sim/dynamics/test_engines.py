@@ -94,7 +94,7 @@ def test_pybullet_moves_as_it_is_told(forces):
 def drawn(robot, effect):
     """An effect of 20 noise floors somewhere on the robot, or of less where that is too much."""
     robot, rng = ROBOTS[robot], np.random.default_rng(4)
-    where = 'all' if EFFECTS[effect].late else EFFECTS[effect].places(robot)[0]
+    where = 'all' if EFFECTS[effect].undivided else EFFECTS[effect].places(robot)[0]
     windows = Windows(robot, rng)
     sizes = (of_size(windows, effect, where, size, rng) for size in (20.0, 5.0, 1.0, 0.2))
     placed = next((p for p in sizes if p is not None), None)

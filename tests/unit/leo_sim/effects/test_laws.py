@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from leo_msgs_py.errors import UserError
 from leo_sim.description.joint import Body
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, place
@@ -85,3 +86,33 @@ def test_a_payload_is_the_link_and_a_point_mass_as_one_body():
     point = about_origin(LOAD['m'], [LOAD[axis] for axis in 'xyz'], [0.0] * 6)
     both = np.add(about_origin(*LINK[:3]), point)
     np.testing.assert_allclose(about_origin(*one[:3]), both, atol=1e-15)
+
+
+@pytest.mark.parametrize(('t', 'level', 'lost'), [(0.0, 0.5, 0.0), (3.0 * np.log(2), 0.37, 0.2)])
+def test_friction_and_motors_come_to_rest_with_time(t, level, lost):
+    dry = friction('warming_friction', -2.0, 0.8, 0.0, t, c=0.24, c_start=0.5, T=3.0)
+    mine = friction('torque_fade', 1.0, 0.8, 0.0, t, s=0.5, T=3.0)
+    assert (dry, mine) == pytest.approx((level, -lost))
+
+
+def test_gravity_pulls_links_by_the_mass_that_they_have_in_the_end():
+    robot, inputs = load_robot('double_pendulum'), np.full((1, 30, 2), 0.5)
+    more = place(robot, 'link_mass', 'lower', m=0.3)
+    pulled = place(robot, 'gravity', 'all', z=-1.2)
+    heavier = Model(robot, [more], {'gravity': 11.01})
+    models = heavier, *(Model(robot, pair) for pair in ([more, pulled], [pulled, more]))
+    start = np.array([[0.4, -0.3]]), np.zeros((1, 2))
+    angles, *others = (rollout(model, *start, inputs, 0.01)[0] for model in models)
+    assert all(np.allclose(other, angles, atol=1e-9) for other in others)
+
+
+def test_gravity_acts_on_all_or_nothing_and_is_told_as_a_direction():
+    robot, gravity = load_robot('double_pendulum'), EFFECTS['gravity']
+    with pytest.raises(UserError, match='place it at all'):
+        place(robot, 'gravity', 'lower', x=1.0)
+    assert not any(gravity.applies(load_robot(name)) for name in ('pendulum', 'leo'))
+    turned = {'x': -9.81 * np.sin(0.6109), 'z': 9.81 * (1 - np.cos(0.6109))}
+    words = gravity.in_words(turned, 'all', {'gravity': 9.81})
+    assert words == 'which is gravity of 9.81 m/s2, turned by 35 degrees towards -x'
+    told = EFFECTS['link_mass'].in_words({'m': 1.7}, 'lower', {'links.lower.mass': 0.676})
+    assert told == 'added to 0.676 kg'

@@ -26,9 +26,9 @@ PLACED = [
     for effect in EFFECTS.values()
     if effect.applies(robot)
 ]
-UNTOLD = ('quadratic_load_friction', 'voltage_push', 'payload')
-"""No unit tells that a square is an amplitude too, that volts are added and not cut off, or that a
-length is a place."""
+UNTOLD = ('quadratic_load_friction', 'voltage_push', 'payload', 'smooth_friction')
+"""No unit tells that a square is an amplitude too, that volts are added and not cut off, that a
+length is a place, or that a torque without stiction is dry friction."""
 
 
 @pytest.mark.parametrize(('effect', 'parameters'), PLACED)

@@ -46,6 +46,8 @@ IN_NONE = {
     'voltage_deadband': {'v': 1.0},
     'external_force': {'z': 1.0},
     'encoder_scale': {'k': 1.1},
+    'warming_friction': {'c': 0.1, 'c_start': 0.2},
+    'torque_fade': {'s': 0.1},
     'velocity_lag': {'tau': 0.1},
     'measurement_delay': {'delay': 0.1},
 }
@@ -68,8 +70,12 @@ def test_in_a_format(name, format_name):
         assert len(lines) == 1 and f'{format_name} holds no ' in lines[0]
 
 
-def test_stribeck_friction_keeps_its_level_at_speed():
-    kept, lines = sorted_out('stribeck_friction', {'c': 0.1, 'c_static': 0.3, 'v_s': 0.2}, 'MJCF')
+@pytest.mark.parametrize(
+    ('name', 'shape'),
+    [('stribeck_friction', {'c_static': 0.3, 'v_s': 0.2}), ('smooth_friction', {'v_0': 0.3})],
+)
+def test_friction_keeps_its_level_at_speed(name, shape):
+    kept, lines = sorted_out(name, {'c': 0.1, **shape}, 'MJCF')
     assert kept == ['coulomb_friction']
     assert '0.1 N m at speed' in lines[0]
 

@@ -56,7 +56,7 @@ def _places(effect: Effect, model: Model) -> list[str]:
     if effect.family == 'motor':
         driven = {a.joint for a in model.robot.actuators}
         places = [p for p in places if p in driven]
-    if effect.late:
+    if effect.undivided:
         return places if len(places) == 1 else ['all']
     units = {tuple(p.unit for p in effect.parameters_for(model.robot, (at,))) for at in places}
     alike = len(places) > 1 and len(units) == 1 and effect.hook != 'body'
@@ -143,8 +143,8 @@ def _fixed(parameter: Parameter, candidate: Candidate, grids: Grids) -> tuple[fl
         shift = grids.offset if effect.hook == 'sensor' else inf
         most = grids.gap if parameter.role == 'threshold' else shift
         return -most, most
-    rates, speeds, turn = grids.settling_rates, grids.settling_speeds, grids.periods
-    return {'rad/s': rates, 'm/s': speeds, '1/turn': turn, '1/m': (0.0, inf)}.get(unit)
+    known = {'rad/s': grids.settling_rates, 'm/s': grids.settling_speeds, 'm/s2': grids.gravity}
+    return {**known, '1/turn': grids.periods, '1/m': (0.0, inf)}.get(unit)
 
 
 def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tuple[float, float]:

@@ -8,9 +8,12 @@ every one of them against data.
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.description.robot import Robot
+from leo_sim.effects.links import ASKEW
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,17 @@ class Facts:
         if any(j.leader == joint for j in joints):
             return False
         return self.body(found.parent) not in {j.child for j in joints}
+
+    @property
+    def swung_by(self) -> str:
+        """The hinge that carries all the others, where all are about one level axis; else ''."""
+        robot = self.robot
+        roots = [j for j in robot.joint_names if self.at_base(j)]
+        if len(roots) != 1 or robot.slides:
+            return ''
+        axes = np.vstack([axes for _, axes in robot.turned_about.values()])
+        level = np.abs(axes[:, 2]).max() < ASKEW
+        return roots[0] if level and np.abs(np.cross(axes, axes[0])).max() < ASKEW else ''
 
     def body(self, link: str) -> str:
         """The first of the links that are welded together with this one."""
@@ -112,6 +126,11 @@ CLASSES = (
         'about a fixed axis a constant force is a ripple once per turn',
     ),
     SameThing(
+        frozenset({'encoder_offset', 'gravity'}),
+        lambda f, where: where == f.swung_by,
+        'what turns all that moves about a level axis turns gravity',
+    ),
+    SameThing(
         frozenset({'bias_torque', 'external_force'}),
         lambda f, where: f.at_base(where, slides=True),
         'along a fixed axis a constant force is one of the motor',
@@ -135,19 +154,26 @@ def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None
     """As `same_thing`, for effects as (name, place)."""
     if a[0] == b[0] and a[0] in WELDED and a[1] != b[1] and facts.body(a[1]) == facts.body(b[1]):
         return 'links that are welded together turn as one'
-    pair, where = {a[0], b[0]}, _joint(a[1], facts)
-    if len(pair) < 2 or where != _joint(b[1], facts):
+    pair, where = {a[0], b[0]}, _joint(a, facts)
+    if len(pair) < 2 or where != _joint(b, facts):
         return None
     return next((c.why for c in CLASSES if pair <= c.names and c.holds(facts, where)), None)
 
 
 def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
-    fixed = (c.effect.name for c in candidates if facts.at_base(_joint(c.where, facts)))
+    things = [(c.effect.name, c.where) for c in candidates]
+    fixed = (thing[0] for thing in things if facts.at_base(_joint(thing, facts)))
     return PAIR if 'external_force' in fixed else None
 
 
-def _joint(where: str, facts: Facts) -> str:
-    """The joint of a place: a link moves with the joint above it, a single joint is all."""
+def _joint(thing: tuple[str, str], facts: Facts) -> str:
+    """The joint of an effect: a link moves with the one above it, a single one is all.
+
+    Gravity acts on all that one hinge carries, if there is such a hinge.
+    """
+    name, where = thing
+    if name == 'gravity':
+        return facts.swung_by or where
     moved_by = {j.child: j.leader or j.name for j in facts.robot.joints}
     joint = moved_by.get(where, where)
     if joint == 'all' and len(facts.robot.joint_names) == 1:

@@ -36,6 +36,7 @@ class Grids:
     settling_rates: tuple[float, float] = (0.02, 30.0)
     """rad/s: where friction falls to its dynamic level; slower is sticking itself."""
     settling_speeds: tuple[float, float] = (0.002, 10.0)  # m/s: the same of a slide
+    gravity: tuple[float, float] = (-30.0, 30.0)  # m/s2: turned over, and half as much again
     offset: float = 1.6  # rad: a zero that is a quarter turn off
     gap: float = 0.5  # rad: a backlash that anybody sees
     per_load: float = 10.0  # friction takes all of the tenth part of the largest torque, at most

@@ -141,7 +141,7 @@ def test_one_value_for_all_joints_is_no_candidate_of_its_own():
     pool = candidates(Model('double_pendulum'))
     assert {c.effect.name for c in of_joints(pool)} == {c.effect.name for c in pool}
     shared = {c.effect.name for c in of_joints(pool) if c.where == 'all'}
-    assert all(c.effect.late for c in pool if c.effect.name in shared)
+    assert all(c.effect.undivided for c in pool if c.effect.name in shared)
     assert np.sum([c.where == 'all' for c in pool]) > len(shared)
 
 

@@ -50,6 +50,7 @@ PROOFS = [
     ((*BRAKES, *SCALES), UNSURE, ('viscous_friction', 'pivot', {'b': 1e-4})),
     (TURNED, PENDULUM, ('encoder_offset', 'pivot', {'o': 0.05})),
     (TURNED, TORQUE, ('encoder_offset', 'pivot', {'o': -0.08})),
+    (('encoder_offset', 'gravity'), ARM, ('encoder_offset', 'shoulder', {'o': 0.05})),
     (('external_force', 'torque_ripple'), ARM, ('external_force', 'upper', {'x': 0.5, 'z': 0.2})),
     (('bias_torque', 'external_force'), CART, ('bias_torque', 'rail', {'t': 0.5})),
 ]
@@ -60,7 +61,7 @@ def thing(robot: Robot, name: str, near: str) -> tuple[str, str]:
     places = EFFECTS[name].places(robot)
     joint = {j.child: j.name for j in robot.joints}.get(near, near)
     links = {j.name: j.child for j in robot.joints}
-    if near == 'all':
+    if near == 'all' or EFFECTS[name].undivided:
         return name, 'all' if len(places) > 1 else places[0]
     return name, joint if joint in places else links[joint]
 
@@ -117,6 +118,7 @@ def test_every_class_is_proved():
     [
         (ARM, ('armature', 'elbow', {'J': 0.01}), ('link_inertia', 'lower')),
         (ARM, ('external_force', 'lower', {'x': 0.5}), ('torque_ripple', 'elbow')),
+        (ARM, ('encoder_offset', 'elbow', {'o': 0.05}), ('gravity', 'all')),
         (ARM, ('command_delay', 'elbow', {'delay': 0.013}), ('measurement_delay', 'all')),
         (PENDULUM, ('torque_scale', 'pivot', {'k': 0.8}), ('voltage_scale', 'pivot')),
         (TORQUE, ('bias_torque', 'pivot', {'t': 0.3}), ('external_force', 'bob')),

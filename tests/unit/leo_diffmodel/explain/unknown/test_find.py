@@ -37,9 +37,8 @@ LAWS = {
     'sector_friction': {'c': 0.5, 'centre': 0.4, 'width': 0.3},
     'cable': {'k': 0.6, 'slack': 0.2, 'side': 1.0},
     'hysteresis': {'c': 0.25, 'reach': 0.5},
-    'winding_drift': {'rise': 0.4, 'tau': 6.0},
 }
-VARIABLES = {**outside.VARIABLES, 'hysteresis': 'path', 'winding_drift': 'time'}
+VARIABLES = {**outside.VARIABLES, 'hysteresis': 'path'}
 
 
 def unknown(robot: Robot, *effects, settings: Settings = SETTINGS, **run) -> Unknown | None:
@@ -74,12 +73,12 @@ def answer_to(kind: str) -> Unknown | None:
     return beyond(*search_of(kind))
 
 
-SLOW = ('sector_friction', 'winding_drift')
-"""Of the angle, as a cable is, and of time, as a periodic torque is."""
+SLOW = ('sector_friction',)
+"""Of the angle, as a cable is."""
 
 
 @pytest.mark.parametrize(
-    'kind', [pytest.param(k, marks=[pytest.mark.slow] * (k in SLOW)) for k in outside.KINDS]
+    'kind', [pytest.param(k, marks=[pytest.mark.slow] * (k in SLOW)) for k in LAWS]
 )
 def test_the_variable_of_every_kind_is_found(kind):
     answer = answer_to(kind)
