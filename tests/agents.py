@@ -7,8 +7,8 @@ import gymnasium
 import numpy as np
 import torch
 
+from leo_lab.thesis.sarsa import Config
 from leo_learner.ddpg.configs import RECOMMENDED
-from leo_learner.thesis.sarsa import Config
 from leo_learner.training.loop import TrainingLoop
 
 SMALL = replace(RECOMMENDED, hidden=(32, 32), warm_up=64, test_interval=2, test_starts=2)

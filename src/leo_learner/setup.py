@@ -13,7 +13,7 @@ NODES = {'learner': 'leo_learner.nodes.learner:main'}
 setup(
     name=PACKAGE,
     version=ElementTree.parse('package.xml').findtext('version'),
-    description='Environment, DDPG, SARSA, Algorithm 5, policies, the demo, learner node',
+    description='Environment, DDPG, Algorithm 5, policies, the demo, learner node',
     long_description=Path('README.md').read_text(),
     long_description_content_type='text/markdown',
     author='The LEO developers',

@@ -11,8 +11,8 @@ from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.environment.env import ModelEnv
+from leo_learner.environment.sym import Sym
 from leo_learner.robot.env import RobotEnv
-from leo_learner.thesis.sym import Sym
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
 from leo_sim.description.robot import load_robot

@@ -23,7 +23,6 @@ from leo_learner.learning.checkpoint import save_checkpoint
 from leo_learner.learning.policy import driven, save_policy
 from leo_learner.learning.run import POLICY
 from leo_learner.nodes.learner import checked, DifferenceClient
-from leo_learner.thesis import sarsa
 from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -185,7 +184,6 @@ def test_weights_that_do_not_go_with_the_model_are_ignored(loop):
 @pytest.mark.parametrize(
     'make',
     [
-        lambda env: sarsa.Training(driven(env, 'sym'), sarsa.CONFIGS['thesis'], 0),
         lambda env: Training(driven(env, 'sym'), RECOMMENDED_WALKING, 0),
         lambda env: Training(env, THESIS_WALKING, 0),
     ],

@@ -120,14 +120,14 @@ def test_policy_of_another_robot_or_no_policy(policy, model, tmp_path):
     assert len(observation_names(model.robot)) == 3
 
 
-def respelled(policy, target, limit=None, weights=None):
-    """A policy file with another text for its limits, or its first weight something else."""
+def respelled(policy, target, weights=None, **texts):
+    """A policy file with other texts in its metadata, or its first weight something else."""
     with safe_open(policy, framework='pt') as file:
         metadata = file.metadata()
         tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     if weights is not None:
         tensors['output.bias'][0] = weights
-    save_file(tensors, target, metadata | ({} if limit is None else {'limit': limit}))
+    save_file(tensors, target, metadata | texts)
     return target
 
 
@@ -138,6 +138,7 @@ NO_LIMITS = '[NaN]', '[Infinity]', '[0]', '[-3]', '3', '[[3]]', '[]', f'[{10**40
     ('changed', 'said'),
     [
         *(({'limit': text}, 'not a policy file') for text in NO_LIMITS),
+        ({'agent': 'sarsa'}, r"not a policy file \(its agent is 'sarsa', .*; give the policy"),
         ({'weights': float('nan')}, r'output\.bias has numbers that are none'),
         ({'weights': float('inf')}, r'output\.bias has numbers that are none'),
         ({'limit': '[1e308]'}, 'drives with up to 1e.*give a policy'),
@@ -198,10 +199,6 @@ def test_returns_repeat_and_collecting_counts(model):
         (['--resume', 'nowhere'], 'holds no run'),
         (['--steps', '0', '-o', 'x'], '--steps'),
         (['--what', '-o', 'x'], '--what'),
-        (['-o', 'x', '--agent', 'sarsa', '--actions', 'full'], '--actions sym only'),
-        (['-o', 'x', '--agent', 'sarsa', '--config', 'recommended'], '--config thesis'),
-        (['-o', 'x', '--agent', 'sarsa', '--start', 'run'], '--start takes networks'),
-        (['-o', 'x', '--agent', 'sarsa', '--robot', 'pendulum'], "'pendulum' is no LEO"),
         (['-o', 'x', '--actions', 'sym', '--robot', 'pendulum'], "'pendulum' is no LEO"),
     ],
 )
@@ -247,8 +244,9 @@ def test_a_run_goes_on_as_it_was_begun_and_without_the_one_it_began_from(tmp_pat
         with pytest.raises(UserError, match=words):
             learn_verb.main(['--resume', second, *argv])
         assert file.read_text() == before
-    spoilt = json.dumps(json.loads(before) | {'steps': 'abc'})
-    for text in ('', '[]', '{"model": "pendulum"}', spoilt):
+    others = ({'steps': 'abc'}, {'agent': 'sarsa'}, {'actions': 'all'}, {'config': 'best'})
+    spoilt = [json.dumps(json.loads(before) | other) for other in others]
+    for text in ('', '[]', '{"model": "pendulum"}', *spoilt):
         file.write_text(text)
         with pytest.raises(UserError, match=r'run\.json cannot be read'):
             learn_verb.main(['--resume', second])

@@ -23,7 +23,7 @@ from leo_lab.thesis.ahead import mse_ahead
 from leo_lab.thesis.bags import Bags
 from leo_learner.algorithm5 import Algorithm5, DONE, Settings
 from leo_learner.ddpg.configs import RECOMMENDED_WALKING
-from leo_learner.environment.env import ModelEnv
+from leo_learner.environment.env import model_env, ModelEnv
 from leo_learner.environment.rollouts import Left, Recorded, Rollouts
 from leo_learner.learning.collect import collect
 from leo_learner.learning.policy import Policy
@@ -143,7 +143,7 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
     policies = [Policy.load(path) for path in algorithm.policies()]
     driver = policies[algorithm.done.driver]
     return asdict(case) | {
-        'rounds': [walking.judge(policy, real) for policy in policies],
+        'rounds': [walking.judge(policy, policy.on(model_env(real))) for policy in policies],
         'driver': algorithm.done.driver,
         'samples': algorithm.done.samples,
         'fits': source.reports(),
@@ -174,8 +174,9 @@ def _reference(case: Case, folder: Path, real: Model) -> dict[str, Any]:
     if case.gap != THESIS_GAP:
         return {}
     trained = _trained(ideal_case(case.seed, 'real'), folder)
+    policy = Policy.load(trained / POLICY)
     return {
-        'reference': walking.judge(Policy.load(trained / POLICY), real),
+        'reference': walking.judge(policy, policy.on(model_env(real))),
         'reference_curve': walking.curve(trained),
     }
 

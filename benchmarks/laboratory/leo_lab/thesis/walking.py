@@ -9,9 +9,11 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 
+from leo_lab.thesis import sarsa
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import Config, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.environment.env import model_env, training_env
@@ -19,9 +21,8 @@ from leo_learner.environment.rollouts import Recorded
 from leo_learner.environment.walk import Walk
 from leo_learner.learning.checkpoint import PREFIX
 from leo_learner.learning.policy import driven, Policy
-from leo_learner.learning.run import learn, Outcome
-from leo_learner.thesis import sarsa
-from leo_learner.training.loop import play, TrainingLoop
+from leo_learner.learning.run import learn, POLICY
+from leo_learner.training.loop import Act, play, TrainingLoop
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.robot_file import TerminationFile
 from leo_sim.effects import place
@@ -95,15 +96,16 @@ def model_of(case: Case) -> Model:
     )
 
 
-def train(case: Case, folder: Path, quiet: bool = True) -> Outcome:
+def train(case: Case, folder: Path, quiet: bool = True) -> TrainingLoop:
     """The training run of a case in `folder`; one that was stopped goes on.
 
     Raises:
         KeyboardInterrupt: it was stopped.
     """
     model = model_of(case)
+    training = _training(case, model)
     outcome = learn(
-        _training(case, model),
+        training,
         model.robot,
         case.steps,
         folder / case.folder,
@@ -112,15 +114,16 @@ def train(case: Case, folder: Path, quiet: bool = True) -> Outcome:
     )
     if not outcome.finished:
         raise KeyboardInterrupt
-    return outcome
+    return training
 
 
 def run_case(case: Case, folder: Path) -> dict[str, Any]:
     """The line of a case: its curve of tests, and how its best policy walks."""
-    outcome = train(case, folder)
-    walks = judge(Policy.load(outcome.policy), model_of(case))
+    training = train(case, folder)
+    act = _best(training, folder / case.folder / POLICY)
+    walks = judge(act, driven(model_env(model_of(case)), case.actions))
     return asdict(case) | {
-        'test_return': outcome.test_return,
+        'test_return': training.best_return,
         'curve': curve(folder / case.folder),
         'nominal': walks[0],
         'random': walks[1:],
@@ -136,11 +139,11 @@ def share(case: Case, folder: Path) -> float:
     return min(steps / case.steps, 1.0)
 
 
-def judge(policy: Policy, model: Model) -> list[dict[str, Any]]:
-    """Return and `Walk` of a policy's episodes on a model: nominal start, then random ones."""
-    recorded = Recorded(policy.on(model_env(model)))
+def judge(act: Act, env: gymnasium.Env) -> list[dict[str, Any]]:
+    """Return and `Walk` of a policy's episodes: nominal start, then random ones."""
+    recorded = Recorded(env)
     walks: list[Walk] = []
-    returns = play(recorded, policy, STARTS, on_episode=lambda: walks.append(recorded.walk()))
+    returns = play(recorded, act, STARTS, on_episode=lambda: walks.append(recorded.walk()))
     return [{'return': float(r)} | asdict(walk) for r, walk in zip(returns, walks, strict=True)]
 
 
@@ -165,10 +168,15 @@ def spent(folder: Path) -> float:
 def _training(case: Case, model: Model) -> TrainingLoop:
     env = driven(training_env(model), case.actions)
     makers: dict[str, Callable[[], TrainingLoop]] = {
-        'sarsa': lambda: sarsa.Training(env, sarsa.CONFIGS['thesis'], case.seed),
+        'sarsa': lambda: sarsa.Training(env, sarsa.Config(), case.seed),
         'ddpg': lambda: Training(env, config_of(case.config), case.seed),
     }
     return makers[case.agent]()
+
+
+def _best(training: TrainingLoop, policy: Path) -> Act:
+    """The best policy by test; `Policy.load` reads those of DDPG alone."""
+    return training.best_act() if isinstance(training, sarsa.Training) else Policy.load(policy)
 
 
 def config_of(name: str) -> Config:

@@ -12,7 +12,6 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 
 NAMES = ('recommended', 'thesis')
-SARSA_STEPS = 1_000_000
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import version
 import json
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import gymnasium
 import numpy as np
@@ -15,8 +15,9 @@ import torch
 from torch import Tensor
 
 from leo_diffmodel.difference.tensors import DAMAGE, read_tensors
-from leo_learner.ddpg.agent import Actor, OBSERVATION_SCALE
+from leo_learner.ddpg.agent import Actor, OBSERVATION_SCALE, Training
 from leo_learner.ddpg.configs import Config
+from leo_learner.environment.sym import OBSERVED, Sym
 from leo_learner.training.loop import Act, TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import write_whole
@@ -60,11 +61,13 @@ class Policy:
 
     @classmethod
     def _build(cls, tensors: dict[str, Tensor], metadata: Mapping[str, str]) -> Self:
+        if (agent := metadata.get('agent', Training.agent_name)) != Training.agent_name:
+            raise ValueError(f'its agent is {agent!r}, only {Training.agent_name} is run here')
         limit = np.array(json.loads(metadata['limit']), float)
         if limit.ndim != 1 or not limit.size or not ((limit > 0) & np.isfinite(limit)).all():
             raise ValueError(f'its limits are {shown(limit.tolist())} {metadata["unit"]}')
         observation = tuple(json.loads(metadata['observation']))
-        act = AGENTS[metadata.get('agent', 'ddpg')](metadata, len(observation), limit, tensors)
+        act = _actor(metadata, len(observation), limit, tensors)
         robot, actions = metadata['robot'], metadata.get('actions', 'full')
         return cls(act, robot, actions, observation, metadata['unit'], limit, metadata)
 
@@ -106,18 +109,12 @@ def shipped() -> dict[str, Path]:
 
 def driven(env: gymnasium.Env, actions: str) -> gymnasium.Env:
     """The environment whose actions are `full` or `sym`; UserError for the sym of no LEO."""
-    if actions != 'sym':
-        return env
-    from leo_learner.thesis.sym import Sym
-
-    return Sym(env)
+    return Sym(env) if actions == 'sym' else env
 
 
 def observation_names(robot: Robot, actions: str = 'full') -> tuple[str, ...]:
     """What each number of an observation is; Sym's are the same for all robots."""
     if actions == 'sym':
-        from leo_learner.thesis.sym import OBSERVED
-
         return OBSERVED
     if robot.observation:
         return tuple(f'{seen.quantity}({seen.joint})' for seen in robot.observation)
@@ -149,7 +146,9 @@ def _actor(
     metadata: Mapping[str, str], n_obs: int, limit: np.ndarray, tensors: dict[str, Tensor]
 ) -> Act:
     scale = tensors.pop(OBSERVATION_SCALE)
-    actor = Actor(n_obs, len(limit), Config(**_config(metadata, 'hidden')))
+    config = json.loads(metadata['config'])
+    config['hidden'] = tuple(config['hidden'])  # JSON has no tuples
+    actor = Actor(n_obs, len(limit), Config(**config))
     actor.load_state_dict(tensors)
     actor.eval()
     torch.set_num_threads(1)
@@ -160,23 +159,3 @@ def _actor(
             return actor(scaled).double().numpy()
 
     return act
-
-
-def _tiles(
-    metadata: Mapping[str, str], n_obs: int, limit: np.ndarray, tensors: dict[str, Tensor]
-) -> Act:
-    from leo_learner.thesis import sarsa
-
-    config = sarsa.Config(**_config(metadata, 'widths'))
-    agent = sarsa.Agent(n_obs, limit, config, int(metadata['seed']))
-    agent.load(tensors)
-    return agent.act
-
-
-AGENTS = {'ddpg': _actor, 'sarsa': _tiles}  # how to act as a policy file says, by its agent
-
-
-def _config(metadata: Mapping[str, str], sequence: str) -> dict[str, Any]:
-    """A configuration as `save_policy` wrote it; JSON has no tuples."""
-    values = json.loads(metadata['config'])
-    return values | {sequence: tuple(values[sequence])}

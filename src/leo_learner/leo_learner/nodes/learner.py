@@ -72,7 +72,7 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
     newest(Path(start))
     policy = Policy.load(Path(start) / POLICY)
     policy.check(robot)
-    if policy.metadata.get('agent', 'ddpg') != 'ddpg' or policy.actions != 'full':
+    if policy.actions != 'full':
         raise UserError(
             f'{start}: a policy on which DDPG on all actuators cannot go on; give a '
             f'run of {leo("learn", "--robot", robot.name)}'

@@ -47,7 +47,7 @@ class TrainingLoop(ABC):
     `options={'pose': 'nominal' | 'random'}`.
     """
 
-    agent_name: ClassVar[str]  # as `leo learn --agent` and the policy file have it
+    agent_name: ClassVar[str]  # as the policy file has it
     agent: Agent
     best: dict[str, Tensor]  # what a policy file holds of the best policy by test
     replay: Replay | None = None

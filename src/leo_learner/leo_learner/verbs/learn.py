@@ -29,16 +29,13 @@ EXAMPLES = """\
   leo learn --model repaired/model.yaml --start runs/ideal --steps 5000 -o runs/repaired
   leo learn --robot pendulum --config thesis --steps 50000 -o runs/thesis
   leo learn --robot leo_ode --actions sym --steps 300000 -o runs/sym
-  leo learn --robot leo_ode --agent sarsa -o runs/sarsa
   leo learn --robot pendulum --on-robot -o runs/real     (needs: leo run leo_sim robot ...)
   leo learn --resume runs/ideal --steps 20000
   tensorboard --logdir runs"""
 RUN = 'run.json'
-AGENTS = {'ddpg': ('recommended', 'thesis'), 'sarsa': ('thesis',)}
-"""Configurations of each agent; the first is the default."""
-ACTIONS = {'ddpg': ('full', 'sym'), 'sarsa': ('sym',)}
-"""What an agent can drive; the first is the default."""
-KEPT = ('robot', 'model', 'agent', 'actions', 'config', 'seed', 'on_robot', 'start', 'output')
+CHOICES = {'agent': ('ddpg',), 'actions': ('full', 'sym'), 'config': ('recommended', 'thesis')}
+"""What a run can say; the first is the default."""
+KEPT = ('robot', 'model', 'actions', 'config', 'seed', 'on_robot', 'start', 'output')
 """Options that `--resume` takes from the run."""
 INTERRUPTED = 130
 
@@ -72,20 +69,15 @@ def main(argv: list[str]) -> int:
 
 
 def command_line() -> Parser:
-    parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
+    parser = Parser('leo learn', 'Train a policy with DDPG.', EXAMPLES)
     parser.add('--robot R', 'robot whose ideal model is trained on')
     parser.add('--model MODEL', 'model file, robot or robot folder')
     parser.add(
-        '--agent',
-        'ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
-        choices=list(AGENTS),
-    )
-    parser.add(
         '--actions',
         'full: every actuator; sym: three of a LEO robot, named by the leg that carries',
-        choices=ACTIONS['ddpg'],
+        choices=CHOICES['actions'],
     )
-    parser.add('--config', 'recommended, or thesis: the reference', choices=AGENTS['ddpg'])
+    parser.add('--config', 'recommended, or thesis: the reference', choices=CHOICES['config'])
     parser.add('--steps N', 'transitions to gather, all in all', type=int)
     parser.add('--seed S', 'of everything drawn (0)', type=int)
     parser.flag('--on-robot', 'train on the running robot')
@@ -108,31 +100,25 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
             f'{options.output} holds a run already; go on with '
             f'{leo("learn", "--resume", options.output)}, or give another folder'
         )
-    agent, seed = options.agent or 'ddpg', options.seed or 0
-    config = options.config or AGENTS[agent][0]
-    actions = options.actions or ACTIONS[agent][0]
-    if agent == 'sarsa' and options.start:
-        raise UserError('leo learn: --start takes networks, which --agent sarsa has not')
+    seed, config = options.seed or 0, options.config or CHOICES['config'][0]
+    actions = options.actions or CHOICES['actions'][0]
     model = options.model or options.robot or ('pendulum' if actions == 'full' else 'leo_ode')
-    steps = _steps(agent, config, model) if options.steps is None else options.steps
-    run = Run(model, config, seed, steps, options.on_robot, options.start, agent, actions)
+    steps = _steps(config, model) if options.steps is None else options.steps
+    run = Run(model, config, seed, steps, options.on_robot, options.start, actions=actions)
     return _checked(run), options.output
 
 
 def _checked(run: Run) -> Run:
-    choices = AGENTS.get(run.agent, ()), ACTIONS.get(run.agent, ())
-    if run.config not in choices[0] or run.actions not in choices[1]:
-        raise UserError('leo learn: --agent sarsa takes --config thesis and --actions sym only')
     if run.steps < 1 or run.seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
     return run
 
 
-def _steps(agent: str, config: str, model: str) -> int:
-    from leo_learner.ddpg.configs import default_steps, SARSA_STEPS
+def _steps(config: str, model: str) -> int:
+    from leo_learner.ddpg.configs import default_steps
     from leo_sim.model.model_file import load_model
 
-    return SARSA_STEPS if agent == 'sarsa' else default_steps(config, load_model(model).robot)
+    return default_steps(config, load_model(model).robot)
 
 
 def _resumed(options: argparse.Namespace) -> Run:
@@ -157,10 +143,13 @@ def _resumed(options: argparse.Namespace) -> Run:
 
 
 def _typed(run: Run) -> Run:
-    """A run that was read; TypeError where a value is of another type than its field's."""
+    """A run that was read; TypeError or ValueError where it says what no run can."""
     for name, kind in get_type_hints(Run).items():
         if not isinstance(value := getattr(run, name), kind):
             raise TypeError(f'{name} is {value!r}')
+    for name, choices in CHOICES.items():
+        if (value := getattr(run, name)) not in choices:
+            raise ValueError(f'{name} is {value!r}, not {" or ".join(choices)}')
     return run
 
 
@@ -206,12 +195,8 @@ def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
     from leo_learner.learning.checkpoint import PREFIX, start_from
     from leo_learner.learning.policy import driven
 
-    env = driven(env, run.actions)
-    if run.agent == 'sarsa':
-        from leo_learner.thesis import sarsa
-
-        return sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
-    training = Training(env, configuration(run.config, robot), run.seed)
+    config = configuration(run.config, robot)
+    training = Training(driven(env, run.actions), config, run.seed)
     if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
         start_from(Path(run.start), training)
     return training

@@ -2,6 +2,7 @@
 """Experiments: cases that are not run twice, what their lines come to, the results page."""
 
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 import json
 import time
 
@@ -10,7 +11,7 @@ import pytest
 from torch.utils.tensorboard import SummaryWriter
 
 from leo_lab.result_lines import read_results
-from leo_lab.thesis import walking
+from leo_lab.thesis import sarsa, walking
 from leo_lab.thesis.ahead import mse_ahead
 from leo_lab.thesis.cases import found, hours, missing, run_cases
 from leo_lab.thesis.catalogue import EXPERIMENTS, training_hours
@@ -172,11 +173,19 @@ def test_the_page_has_what_is_in_and_nothing_else(tmp_path, capsys):
     assert '8 of 10 cases to run, about 2.0 h' in capsys.readouterr().out
 
 
-def test_a_case_is_trained_judged_and_taken_up_again(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    'case',
+    [
+        replace(IDEAL, config='small', steps=60),
+        Case('leo_ode', 'ideal', 'sarsa', 'sym', 'thesis', 60, 0),
+    ],
+)
+def test_a_case_is_trained_judged_and_taken_up_again(case, tmp_path, monkeypatch):
     small = replace(RECOMMENDED_WALKING, hidden=(8, 8), warm_up=40, test_steps=30)
     monkeypatch.setitem(walking.CONFIGS, 'small', small)
+    few_tiles = partial(sarsa.Config, memory=2**16, test_interval=1)
+    monkeypatch.setattr(sarsa, 'Config', few_tiles)
     monkeypatch.setattr(walking, 'STARTS', 2)
-    case = replace(IDEAL, config='small', steps=60)
     row = walking.run_case(case, tmp_path)
     assert {**row, **asdict(case)} == row and len(row['curve']) >= 2
     assert set(row['nominal']) >= {'return', 'distance', 'passes', 'fell'}

@@ -7,10 +7,10 @@ import gymnasium
 import pytest
 from tests.agents import Corridor, FEW_TILES, Follow, same, SMALL
 
+from leo_lab.thesis import sarsa
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import THESIS
 from leo_learner.learning.checkpoint import load_checkpoint, save_checkpoint
-from leo_learner.thesis import sarsa
 from leo_learner.training.loop import TrainingLoop
 from leo_msgs_py.errors import UserError
 

@@ -2,24 +2,17 @@
 """SARSA(lambda): the data sheet's numbers, its update by hand, learning, runs that go on."""
 
 from dataclasses import asdict, replace
-import json
 
 import numpy as np
 import pytest
-from safetensors.torch import load_file, save_file
 from tests.agents import Corridor, FEW_TILES
 
+from leo_lab.thesis.sarsa import Agent, Config, Training
 from leo_learner.environment.env import ModelEnv
-from leo_learner.learning.policy import Policy, save_policy
-from leo_learner.learning.run import learn
-from leo_learner.thesis.sarsa import Agent, Config, Training
-from leo_learner.thesis.sym import Sym
+from leo_learner.environment.sym import Sym
 from leo_learner.training.loop import play
 from leo_learner.training.replay import Transition
-from leo_learner.verbs import learn as learn_verb
-from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
 
@@ -80,49 +73,18 @@ def test_finds_the_exit():
     assert training.best_return >= -11
 
 
-def test_policy_file_acts_as_the_best_did(tmp_path):
-    robot, env = load_robot('leo_ode'), Sym(ModelEnv(Model('leo_ode', scheme='training')))
+def test_the_best_policy_acts_as_it_was_tested():
+    env = Sym(ModelEnv(Model('leo_ode', scheme='training')))
     training = Training(env, Config(memory=2**16, test_interval=1, initial=5.0), seed=7)
-    outcome = learn(training, robot, 60, tmp_path, quiet=True)
-    policy = Policy.load(outcome.policy)
-    policy.check(robot)
-    assert policy.actions == 'sym' and policy.metadata['agent'] == 'sarsa'
-    assert float(play(policy.on(env.unwrapped), policy, 1)[0]) == outcome.test_return
+    training.run(60)
+    act = training.best_act()
+    assert float(play(env, act, 1)[0]) == training.best_return
     seen = np.random.default_rng(0).normal(size=(5, 10))
-    assert policy(seen).shape == (5, 3)
-    assert np.array_equal(policy(seen)[2], policy(seen[2]))
+    assert act(seen).shape == (5, 3)
+    assert np.array_equal(act(seen)[2], act(seen[2]))
 
 
 def test_sarsa_on_other_numbers_is_one_line():
     with pytest.raises(UserError, match='tiles over 13 numbers, here are 1 observed') as error:
         Training(Corridor(), Config(), seed=0)
     assert '\n' not in str(error.value)
-
-
-def test_policy_of_a_larger_memory_is_refused(tmp_path):
-    training = Training(Sym(ModelEnv(Model('leo_ode'))), Config(memory=2**16), seed=7)
-    for x in np.linspace(-1, 1, 50):
-        training.agent.tiles.claim(np.full(10, x), 3)
-    training.keep()
-    path = tmp_path / 'policy.safetensors'
-    save_policy(path, training, load_robot('leo_ode'))
-    metadata = dict(Policy.load(path).metadata)
-    metadata['config'] = json.dumps(json.loads(metadata['config']) | {'memory': 16})
-    save_file(load_file(path), path, metadata)
-    with pytest.raises(UserError, match=r'not a policy file .*memory of 16'):
-        Policy.load(path)
-
-
-def test_learn_and_play(tmp_path, capsys):
-    folder = str(tmp_path / 'run')
-    argv = ['--agent', 'sarsa', '--seed', '1', '--steps', '30', '-o', folder, '--json']
-    assert learn_verb.main(argv) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    run = {'model': 'leo_ode', 'agent': 'sarsa', 'actions': 'sym', 'config': 'thesis'}
-    assert run.items() <= told.items()
-    assert play_verb.main([told['policy'], '--model', 'leo_ode', '--json']) == 0
-    played = json.loads(capsys.readouterr().out.splitlines()[-1])
-    # It was tested on the coarser scheme that it was trained on.
-    assert played['returns'] == [pytest.approx(told['test_return'], rel=0.01)]
-    assert played['walks'][0]['fell'] and played['walks'][0]['energy'] > 0
-    assert 'footsteps' in play_verb._text(played)

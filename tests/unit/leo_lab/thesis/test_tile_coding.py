@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from leo_learner.thesis.tile_coding import PROBES, tile_keys, TileCoding
+from leo_lab.thesis.tile_coding import PROBES, tile_keys, TileCoding
 
 WIDTHS = np.array([1.0, 2.0, 4.0])
 ACTIONS = np.array([[-1.0], [0.0], [1.0]])

@@ -14,8 +14,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from leo_learner.thesis.tile_coding import add, TileCoding
-from leo_learner.training.loop import LoopConfig, TrainingLoop
+from leo_lab.thesis.tile_coding import add, TileCoding
+from leo_learner.training.loop import Act, LoopConfig, TrainingLoop
 from leo_learner.training.replay import Transition
 from leo_msgs_py.errors import UserError
 
@@ -36,9 +36,6 @@ class Config(LoopConfig):
     """Of a tile [rad, rad/s, V]: those of `sym.OBSERVED`, then the voltages."""
     memory: int = 33_554_432  # cells for weights, a power of two
     initial: float = 0.01  # weights start as U(0, initial)
-
-
-CONFIGS = {'thesis': Config()}
 
 
 class Agent:
@@ -121,6 +118,11 @@ class Training(TrainingLoop):
 
     def keep(self) -> None:
         self.best = self.agent.tensors()
+
+    def best_act(self) -> Act:
+        """The best policy by test; the agent is put back to it."""
+        self.agent.load(self.best)
+        return lambda seen: self.agent.act(seen) * self.limit
 
     def _chosen(self, values: np.ndarray) -> int:
         """Epsilon-greedy; of equal values the first."""

@@ -10,8 +10,8 @@ import pytest
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import RECOMMENDED
 from leo_learner.environment.env import ModelEnv
+from leo_learner.environment.sym import OBSERVED, Sym, SymMap
 from leo_learner.learning.policy import Policy, save_policy
-from leo_learner.thesis.sym import OBSERVED, Sym, SymMap
 from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
