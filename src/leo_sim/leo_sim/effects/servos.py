@@ -2,7 +2,7 @@
 """Effects on the own loop of a position servo: its gains, and how fast its goal moves."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,15 +16,20 @@ AT_ONCE = 10.0  # largest goals that a goal passes in a substep where its rate i
 
 class _Servo(Effect):
     family = hook = 'servo'
+    replaced: ClassVar[tuple[str, ...]] = ()  # figures of the robot file that its parameter is
 
     def places(self, robot: Robot) -> tuple[str, ...]:
         return super().places(robot) if robot.input == 'position' else ()
 
-    @staticmethod
-    def _own(robot: Robot, where: tuple[str, ...], figure: str, else_: float) -> list[float]:
-        """A figure of the loops as the robot file has it."""
-        known = (robot.constants.get(f'actuators.{joint}.{figure}') for joint in where)
-        return [else_ if constant is None else constant.value for constant in known]
+    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        (parameter,), known = self.parameters, robot.constants
+        paths = (f'actuators.{joint}.{figure}' for joint in where for figure in self.replaced)
+        if own := [known[path] for path in paths if path in known]:
+            return (replace(parameter, neutral=max(c.value for c in own), unit=own[0].unit),)
+        if np.isinf(parameter.neutral):
+            at_once = AT_ONCE * max(robot.limits) / robot.integration_step
+            parameter = replace(parameter, neutral=float(at_once))
+        return at_joints(robot, where, (parameter,))
 
 
 class ServoStiffness(_Servo):
@@ -42,25 +47,18 @@ class ServoStiffness(_Servo):
 
 
 class ServoDamping(_Servo):
-    """The servo's rate gain, the D of its loop, is d more than the robot file's."""
+    """The servo's rate gain, the D of its loop, is d in place of the robot file's."""
 
     name = 'servo_damping'
-    parameters = (Parameter('d', 's/rad', role='amplitude'),)
-    equation = 'duty = position_gain (goal - q) - (rate_gain + d) w, at most 1'
+    parameters = (Parameter('d', 's/rad', low=0.0, role='amplitude'),)
+    equation = 'duty = position_gain (goal - q) - d w, at most 1'
     looks_like = 'Swings about a goal die out faster, or go on; full speed is right.'
-    confused_with = (
-        'viscous_friction and back_emf_scale (the same while the duty stays below 1 and the '
-        'motor is never free).'
-    )
+    confused_with = 'viscous_friction, back_emf_scale (the same while the duty stays below 1).'
     reveal = 'Steps of the goal, small ones and such that the servo gives all it has.'
+    replaced = 'rate_gain', 'damping'
 
     def servo(self, p: Values, loop: Loop) -> Loop:
-        return loop._replace(rate_gain=loop.rate_gain + loop.share * p['d'])
-
-    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
-        own, unit = ('rate_gain', 's/rad') if robot.has_motor_law else ('damping', 'N m s/rad')
-        made = replace(self.parameters[0], unit=unit, low=-min(self._own(robot, where, own, 0.0)))
-        return at_joints(robot, where, (made,))
+        return loop._replace(rate_gain=loop.share * p['d'])
 
 
 class GoalRate(_Servo):
@@ -77,6 +75,7 @@ class GoalRate(_Servo):
     reveal = 'Steps of the goal, large and small.'
     dynamic = True
     rank = 15
+    replaced = ('goal_rate',)
 
     def servo(self, p: Values, loop: Loop) -> Loop:
         return loop._replace(goal_rate=p['rate'])
@@ -87,8 +86,3 @@ class GoalRate(_Servo):
         most = p['rate'] * dt
         end = np.clip(u, before - most, before + most)
         return np.clip(u, before - 0.5 * most, before + 0.5 * most), end
-
-    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
-        at_once = AT_ONCE * max(robot.limits) / robot.integration_step
-        rate = max(self._own(robot, where, 'goal_rate', at_once))
-        return tuple(replace(p, neutral=rate) for p in super().parameters_for(robot, where))

@@ -61,7 +61,8 @@ def test_everything_survives_a_round_trip(tmp_path):
 
 @pytest.mark.parametrize('name', sorted(EFFECTS))
 def test_every_effect_can_be_written_and_read(tmp_path, name):
-    robot = load_robot('leo') if EFFECTS[name].hook == 'ground' else ROBOT
+    other = {'ground': 'leo', 'servo': 'xl330_pendulum'}.get(EFFECTS[name].hook)
+    robot = load_robot(other) if other else ROBOT
     model = Model(robot, [place(robot, name, 'all')])
     assert load_model(save_model(tmp_path / 'model.yaml', model)).effects == model.effects
 

@@ -88,7 +88,7 @@ def test_every_engine_follows_the_equations_of_the_loop(engine, step, angle, rat
         ([('voltage_limit', {'v': 3.0})], {}, {'volts': lambda v: np.clip(v, -3.0, 3.0)}),
         ([('command_delay', {'delay': 0.004})], {}, {'delay': 0.004}),
         ([('servo_stiffness', {'k': 2.0})], {}, {'gain': 2.0 * GAIN}),
-        ([('servo_damping', {'d': 0.02})], {RATE_GAIN: 0.01}, {'rate_gain': 0.03}),
+        ([('servo_damping', {'d': 0.03})], {RATE_GAIN: 0.01}, {'rate_gain': 0.03}),
         ([('encoder_offset', {'o': 0.2})], {}, {'zero': 0.2}),
         (
             [],
@@ -226,7 +226,7 @@ def test_a_loop_in_torques_pulls_with_its_stiffness_and_no_more_than_its_effort(
     (tmp_path / 'robot.yaml').write_text(text)
     (tmp_path / 'robot.urdf').write_text(ROBOT.urdf)
     robot = load_robot(tmp_path)
-    slower = place(robot, 'servo_damping', 'pivot', d=0.3)
+    slower = place(robot, 'servo_damping', 'pivot', d=0.4)
     goal, q, dq = np.array([[[0.5], [1.0], [0.3]], np.full((3, 1), 0.3), [[0.0], [0.0], [1.0]]])
     for effects, damping in ([], 0.1), ([slower], 0.4):
         found = Model(robot, effects).laws.torques(q, dq, dq, goal, None, None).motor
