@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position servo's own loop: against an integration of its equations written out here."""
 
-import re
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -11,7 +9,7 @@ from tests.models import stepped
 from leo_sim.description.constants import Constant
 from leo_sim.description.robot import load_robot
 from leo_sim.dynamics import whole_windows
-from leo_sim.effects import EFFECTS, place
+from leo_sim.effects import place
 from leo_sim.effects.base import Effect, Parameter
 from leo_sim.model import Model
 from leo_sim.model.batch import History, rollout
@@ -214,22 +212,3 @@ def test_windows_amid_a_run_know_what_went_before(name, values, most):
     given = q[starts], dq[starts], cut(u, 0, ahead)
     angles = rollout(Model(ROBOT, effects), *given, PERIOD, history=history)[0]
     assert np.abs(angles - cut(q, 0, ahead + 1))[:, -1].max() < most
-
-
-def test_a_loop_in_torques_pulls_with_its_stiffness_and_no_more_than_its_effort(tmp_path):
-    text = (ROBOT.folder / 'robot.yaml').read_text()
-    for figure in ('torque_constant', 'resistance', 'supply', 'position_gain', 'resolution'):
-        text = re.sub(rf'\n    {figure}:.*', '', text)
-    loop = 'stiffness: {value: 2, unit: N m/rad}\n    damping: {value: 0.1, unit: N m s/rad}\n'
-    loop += '    effort: {value: 0.5, unit: N m}\n'
-    text = text.replace('rotor_inertia:', f'{loop}    rotor_inertia:')
-    (tmp_path / 'robot.yaml').write_text(text)
-    (tmp_path / 'robot.urdf').write_text(ROBOT.urdf)
-    robot = load_robot(tmp_path)
-    slower = place(robot, 'servo_damping', 'pivot', d=0.4)
-    goal, q, dq = np.array([[[0.5], [1.0], [0.3]], np.full((3, 1), 0.3), [[0.0], [0.0], [1.0]]])
-    for effects, damping in ([], 0.1), ([slower], 0.4):
-        found = Model(robot, effects).laws.torques(q, dq, dq, goal, None, None).motor
-        np.testing.assert_allclose(found[:, 0], [0.4, 0.5, -damping], atol=1e-12)
-    assert not EFFECTS['back_emf_scale'].applies(robot)
-    assert slower.units == {'d': 'N m s/rad'} and robot.actuators[0].stall == 0.5

@@ -48,7 +48,7 @@ class Grids:
     angles: tuple[float, ...] = (0.003, 0.015, 0.06, 0.2)  # rad: offsets and gaps
     saturations: tuple[float, ...] = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
     """Limits of the input, of its largest value in the data."""
-    goal_rates: tuple[float, ...] = (0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 9.0)
+    goal_rates: tuple[float, ...] = (0.7, 1.2, 2.0, 4.0, 8.0, 16.0, 32.0)
     """Limits of a goal's rate, of the rms rate in the data."""
     dead_bands: tuple[float, ...] = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
     """Dead bands, of the largest input in the data."""

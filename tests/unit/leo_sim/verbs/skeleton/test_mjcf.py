@@ -142,6 +142,8 @@ def test_servos_come_over_with_their_gains_and_go_back(tmp_path):
     assert robot.input == 'position' and robot.limits == pytest.approx([1.0, 3.0])
     assert not any('gain and bias' in note for note in made.notes)
     assert 'a ctrl of 1 in the MJCF is 0.5 rad at shoulder here' in made.notes
+    damping = place(robot, 'servo_damping', 'elbow')
+    assert (damping.parameters, damping.units) == ({'d': 0.1}, {'d': 'N m s/rad'})
     back = written(mjcf(held(Model(robot), 'MJCF').model))
     state = np.array([0.3, -0.2]), np.array([0.5, -1.0])
     for goal in np.array([[0.4, 0.1], [0.9, -2.5]]):
