@@ -14,7 +14,7 @@ import numpy as np
 
 from leo_sim.description.urdf import Body
 from leo_sim.effects import Effect, EFFECTS, Parameter
-from leo_sim.effects.base import Drive, Ground
+from leo_sim.effects.base import Drive, Ground, Loop
 from leo_sim.effects.motor import Motor
 
 DOCS = Path(__file__).parent
@@ -44,6 +44,9 @@ SHOWN: dict[str, dict[str, float]] = {
     'link_com': {'x': 0.3, 'z': -0.2},
     'link_inertia': {'I': 1.0},
     'payload': {'m': 0.6, 'x': 0.5, 'z': -1.0},
+    'servo_stiffness': {'k': 1.6},
+    'servo_damping': {'d': 0.8},
+    'goal_rate': {'rate': 4.0},
     'external_force': {'x': 3.0, 'z': 0.0},
     'gravity': {'x': 3.0, 'z': 0.0},
     'warming_friction': {'c': 0.3, 'c_start': 0.8, 'T': 0.15},
@@ -62,6 +65,7 @@ SIGNED, TURN = np.linspace(-1, 1, 81), np.linspace(-np.pi, np.pi, 121)
 TIME = np.arange(0, 0.6, 0.01)
 LINK = Body(1.0, (0.0, 0.0, -1.0), (1.0,) * 3 + (0.0,) * 3)
 FLOOR = Ground(1.0, 0.0, 1.0, 0.0)
+LOOP = Loop(1.6, 0.0, 0.0, 1.0, np.inf, 1.0)
 Curve = tuple[str, str, np.ndarray, np.ndarray, np.ndarray]
 """Names of the axes, x, y without the effect, y with it."""
 
@@ -116,13 +120,13 @@ def after_a_step(effect: Effect, p: dict[str, float]) -> Curve:
     given = np.where(TIME > 0.095, 1.0, 0.0)
     memory, seen = None, []
     for u in given:
-        if effect.hook == 'command':
+        if effect.hook != 'sensor':
             late, memory = effect.command(p, np.array([u]), memory, 0.01)
         else:
             each = np.array([u])
             _, late, memory = effect.sensor(p, each, each, memory, 0.01)
         seen.append(float(late[0]))
-    label = 'at the motor' if effect.hook == 'command' else 'measured rate'
+    label = {'command': 'at the motor', 'servo': 'goal'}.get(effect.hook, 'measured rate')
     return 'time', label, TIME, given, np.array(seen)
 
 
@@ -131,6 +135,14 @@ def over_time(effect: Effect, p: dict[str, float]) -> Curve:
     still = 0 * TIME
     changed = effect.torque(p, still, still + 1, Motor(still + 1, still), 0.0, TIME)  # type: ignore
     return 'time', 'at the joint', TIME, still + 1, 1 + changed
+
+
+def duty(effect: Effect, p: dict[str, float]) -> Curve:
+    """What a servo gives over its error at rest, or over its rate at the goal."""
+    loop, gain = effect.servo(p, LOOP), effect.name == 'servo_stiffness'
+    slopes = (LOOP.gain, loop.gain) if gain else (-LOOP.rate_gain, -loop.rate_gain)
+    curves = (np.clip(slope * SIGNED, -1.0, 1.0) for slope in slopes)
+    return 'error' if gain else 'rate', 'duty', SIGNED, *curves
 
 
 def by_true_angle(effect: Effect, p: dict[str, float]) -> Curve:
@@ -196,6 +208,8 @@ CURVES: dict[str, Callable[[Effect, dict[str, float]], Curve]] = {
     'link_inertia': acceleration,
     'armature': acceleration,
     'backlash': play,
+    'servo_stiffness': duty,
+    'servo_damping': duty,
     'ground_friction': grip,
     'ground_compliance': press,
     'ground_slope': height,
@@ -306,7 +320,8 @@ def _entry(effect: Effect) -> Iterator[str]:
 
 
 def _parameter(effect: Effect, parameter: Parameter) -> str:
-    neutral = 'the supply' if np.isinf(parameter.neutral) else f'{parameter.neutral:g}'
+    unlimited = 'the supply' if parameter.unit == 'V' else 'the rate of the robot file'
+    neutral = unlimited if np.isinf(parameter.neutral) else f'{parameter.neutral:g}'
     if effect.hook == 'ground':
         neutral = "the ground's own"
     unit = f' [{parameter.unit}]' if parameter.unit else ''

@@ -22,14 +22,22 @@ SERVO_UNITS = {
     'resolution': 'rad',
     'goal_rate': 'rad/s',
 }
+TORQUE_LOOP = {'stiffness': 'N m/rad', 'damping': 'N m s/rad', 'effort': 'N m'}
+"""Of servos whose loop is given in N m, and that no motor figures are known of."""
 INPUT_UNITS = {'voltage': 'V', 'torque': 'N m', 'position': 'rad'}
 """What an actuator takes -> its unit."""
-NEEDED = {'voltage': tuple(MOTOR_UNITS), 'torque': (), 'position': (*MOTOR_UNITS, 'position_gain')}
+NEEDED = {
+    'voltage': tuple(MOTOR_UNITS),
+    'torque': (),
+    'position': (*MOTOR_UNITS, 'position_gain'),
+    'torque loop': ('stiffness', 'effort'),
+}
 """Figures without which an actuator makes no torque of its input."""
 ZERO = {
     'voltage': ('rotor_inertia',),
     'torque': ('rotor_inertia',),
     'position': ('rotor_inertia', 'rate_gain', 'resolution'),
+    'torque loop': ('rotor_inertia', 'damping', 'resolution'),
 }
 """Figures of an actuator that are 0 where robot.yaml does not say them."""
 GROUND_UNITS = {'stiffness': 'N/m', 'damping': 'N s/m', 'friction': '', 'slope': 'rad'}
@@ -38,6 +46,7 @@ UNITS = {
     **BODY_UNITS,
     **MOTOR_UNITS,
     **SERVO_UNITS,
+    **TORQUE_LOOP,
     'efficiency': '',
     'rotor_inertia': 'kg m2',
     'gravity': 'm/s2',
@@ -66,6 +75,8 @@ RANGES = {
     **dict.fromkeys([('rate_gain', 's/rad'), ('rate_gain', 's/m')], (0.0, 1e6)),
     **dict.fromkeys([('resolution', 'rad'), ('resolution', 'm')], (0.0, 10.0)),
     **dict.fromkeys([('goal_rate', 'rad/s'), ('goal_rate', 'm/s')], (1e-6, 1e6)),
+    ('stiffness', 'N m/rad'): (1e-6, 1e9),
+    **dict.fromkeys([('effort', 'N m'), ('effort', 'N')], (1e-9, 1e9)),
     **dict.fromkeys([('damping', 'N m s/rad'), ('damping', 'N s/m')], (0.0, 1e9)),
     **dict.fromkeys([('friction', 'N m'), ('friction', 'N')], (0.0, 1e9)),
     ('offset', 'rad'): (-1e6, 1e6),
@@ -107,11 +118,12 @@ def constants_of(
     for path, quantity in _given(file):
         unit = _unit(path, file.input, slides)
         found[path] = checked(str(folder / 'robot.yaml'), path, quantity, unit)
-    for name in file.actuators:
-        for key in NEEDED[file.input]:
+    for name, actuator in file.actuators.items():
+        kind = 'torque loop' if actuator.stiffness else file.input
+        for key in NEEDED[kind]:
             if f'actuators.{name}.{key}' not in found:
                 raise UserError(f'{folder / "robot.yaml"}: actuators.{name}.{key}: is missing')
-        for key in ZERO[file.input]:
+        for key in ZERO[kind]:
             path = f'actuators.{name}.{key}'
             found.setdefault(path, Constant(path, 0.0, _unit(path, file.input, slides)))
     return found

@@ -36,19 +36,19 @@ class Actuator:
     torque_constant: float | None  # N m/A = V s/rad
     resistance: float | None  # ohm
     limit: float  # largest command, V, N m or rad
-    supply: float | None  # V
+    supply: float | None  # V; of a servo whose gains are in N m/rad its largest torque, N m
     rotor_inertia: float  # kg m2, on top of the links' inertia
 
     @property
     def strongest(self) -> float:
-        """The largest input the hardware can give: the supply V, or the torque limit N m."""
+        """The most that it can put on the motor: the supply V, or the torque limit N m."""
         return self.limit if self.supply is None else self.supply
 
     @property
     def stall(self) -> float:
         """Its largest torque at rest [N m]: of a motor on a voltage that of its supply."""
         if self.supply is None or self.torque_constant is None or not self.resistance:
-            return self.limit
+            return self.strongest
         return self.supply * (self.torque_constant / self.resistance)
 
 
@@ -153,7 +153,8 @@ class Robot:
     @property
     def has_motor_law(self) -> bool:
         """Whether its motors are DC motors on a voltage, of a command or of a servo's own loop."""
-        return self.input != 'torque'
+        known = all(a.torque_constant is not None for a in self.actuators)
+        return self.input == 'voltage' or (self.input == 'position' and known)
 
     def start_pose(self, name: str) -> robot_file.PoseFile:
         return look_up(name, self.start_poses, f'{self.name} has no start pose')
@@ -252,5 +253,6 @@ def _schemes(file: robot_file.RobotFile) -> dict[str, robot_file.SchemeFile]:
 def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:
     path = f'actuators.{joint}.'
     constant, resistance, supply = (values.get(path + key) for key in MOTOR_UNITS)
+    supply = values.get(path + 'effort', supply)
     limit, inertia = values[path + 'limit'], values[path + 'rotor_inertia']
     return Actuator(joint, constant, resistance, limit, supply, inertia)

@@ -8,7 +8,7 @@ from typing import get_args
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Quantity, Schema
-from leo_sim.description.constants import BUS_UNITS, checked, SERVO_UNITS
+from leo_sim.description.constants import BUS_UNITS, checked, SERVO_UNITS, TORQUE_LOOP
 from leo_sim.description.robot_file import BusFile, OfStep, RobotFile
 from leo_sim.description.urdf import Joint, Link
 
@@ -119,8 +119,15 @@ def _task(file: RobotFile) -> Iterator[str]:
 
 
 def _loops(file: RobotFile) -> Iterator[str]:
+    stiff = [name for name, a in file.actuators.items() if a.stiffness]
+    moved = [name for name, a in file.actuators.items() if a.torque_constant or not a.stiffness]
+    if stiff and moved:
+        yield (
+            f'actuators: {stiff[0]} has a stiffness, and {moved[0]} a motor or none; give all of '
+            'them stiffness and effort, or all of them a motor and position_gain'
+        )
     for name, actuator in file.actuators.items():
-        for key in SERVO_UNITS:
+        for key in (*SERVO_UNITS, *TORQUE_LOOP):
             if getattr(actuator, key) is not None and file.input != 'position':
                 yield (
                     f'actuators.{name}.{key}: is of a servo that takes positions; with input: '

@@ -28,6 +28,9 @@ class ActuatorFile(Schema):
     rate_gain: Quantity | None = None  # duty for a rate of 1 rad/s
     resolution: Quantity | None = None  # its count of angles
     goal_rate: Quantity | None = None  # how fast it lets its goal move
+    stiffness: Quantity | None = None  # torque for an error of 1 rad, in place of position_gain
+    damping: Quantity | None = None  # torque for a rate of 1 rad/s
+    effort: Quantity | None = None  # its largest torque
     efficiency: Quantity | None = None
     rotor_inertia: Quantity | None = None
 

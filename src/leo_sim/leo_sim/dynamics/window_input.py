@@ -207,7 +207,7 @@ def looped(
         return functions, Looped(never, never, none, none, none, none, none, none, values, acts)
     shape = (len(cut.parts), *(1,) * (2 - len(lead)), *lead)
     driven = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
-    gain, rate_gain, grain, supply = map(laws.at_joints, servos.loop)
+    gain, rate_gain, grain, supply, *_ = map(laws.at_joints, servos.loop)
     scale, rate_scale, zero = servos.reading()
     figures = (gain, rate_gain * rate_scale, grain, supply, scale, zero)
     parts = *driven, *(rows(f, lead, size) for f in figures), values, acts

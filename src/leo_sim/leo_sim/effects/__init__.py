@@ -14,7 +14,7 @@ from leo_msgs_py.names import nearest
 from leo_sim.common.consent import trust
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.description.robot import Robot
-from leo_sim.effects import commands, drifts, friction, ground, joints, links, sensors
+from leo_sim.effects import commands, drifts, friction, ground, joints, links, sensors, servos
 from leo_sim.effects.base import Effect as Effect
 from leo_sim.effects.base import HOOKS
 from leo_sim.effects.base import Placed as Placed
@@ -66,6 +66,9 @@ EFFECTS: dict[str, Effect] = {
         drifts.WarmingFriction(),
         drifts.TorqueFade(),
         friction.SmoothFriction(),
+        servos.ServoStiffness(),
+        servos.ServoDamping(),
+        servos.GoalRate(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""

@@ -16,7 +16,7 @@ from leo_sim.effects.parameter import Parameter as Parameter
 
 Values = Mapping[str, Any]
 Reading = tuple[Any, Any, Any]  # angles, rates, and the memory of a sensor
-HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
+HOOKS = ('command', 'torque', 'drive', 'servo', 'body', 'ground', 'sensor')
 
 
 class Drive(NamedTuple):
@@ -24,6 +24,17 @@ class Drive(NamedTuple):
 
     rotor_inertia: Any
     gap: Any
+
+
+class Loop(NamedTuple):
+    """A position servo's own loop, as broadcastable figures; see `laws.servo`."""
+
+    gain: Any  # duty for an error of 1 rad, 1/rad
+    rate_gain: Any  # duty for a rate of 1 rad/s, s/rad
+    grain: Any  # a count of the encoder, rad
+    supply: Any  # what a duty of 1 gives, V; N m where its gains are in N m/rad
+    goal_rate: Any  # the goal that it follows moves no faster, rad/s
+    share: Any  # duty for a gain of 1 in the unit of the robot file, 1 or 1/(N m)
 
 
 class Ground(NamedTuple):
@@ -38,11 +49,11 @@ class Ground(NamedTuple):
 class Effect:
     """A physical effect: one law behind one hook (docs/reference/contracts.md 6).
 
-    A subclass fills in the attributes and exactly one of the methods `command`, `torque`,
-    `drive`, `body`, `ground`, `sensor`. Laws are plain arithmetic that broadcasts over leading
-    axes, so that the same law runs on one state and on all windows of a bag: `p` maps parameter
-    names to floats or to arrays (S, 1, 1); q and dq are true angles rad and rates rad/s of the
-    joints it is placed at, (..., joints); dt s is a float or an array that broadcasts with them.
+    A subclass fills in the attributes and exactly one method, that of its hook, one of `HOOKS`.
+    Laws are plain arithmetic that broadcasts over leading axes, so that the same law runs on one
+    state and on all windows of a bag: `p` maps parameter names to floats or to arrays (S, 1, 1); q
+    and dq are true angles rad and rates rad/s of the joints it is placed at, (..., joints); dt s
+    is a float or an array that broadcasts with them.
     """
 
     name: str
@@ -116,6 +127,9 @@ class Effect:
     def drive(self, p: Values, drive: Drive) -> Drive:
         raise NotImplementedError
 
+    def servo(self, p: Values, loop: Loop) -> Loop:
+        raise NotImplementedError
+
     def body(self, p: Values, link: Body) -> Body:
         raise NotImplementedError
 
@@ -172,7 +186,7 @@ class Effect:
             return robot.moving_links
         if self.hook == 'ground':
             return ('ground',) if robot.contacts else ()
-        if self.hook in ('command', 'drive') or self.motor_side:
+        if self.hook in ('command', 'drive', 'servo') or self.motor_side:
             return tuple(actuator.joint for actuator in robot.actuators)
         if self.hook == 'torque':
             return tuple(j for j in robot.joint_names if j not in robot.base_joints)
@@ -232,6 +246,7 @@ def _linear(effect: Effect, first: Parameter) -> bool:
         'torque': not effect.dry,
         'command': first.unit == '' and not effect.dynamic,
         'drive': first.unit != 'rad',
+        'servo': True,
         'ground': first.unit == 'rad',
         'body': True,
         'sensor': not (effect.dynamic or effect.late),

@@ -145,13 +145,12 @@ def _of_motors(model: Model, format_name: str) -> Iterator[str]:
                 f'{values[f"{path}resistance"]:.4g} ohm: {format_name} holds no motors; its '
                 'joints take torques'
             )
-    slowed = [a.joint for a in robot.actuators if values.get(f'actuators.{a.joint}.rate_gain')]
-    if format_name == 'SDF' and slowed:
+    if format_name == 'SDF' and model.laws.servos and any(model.laws.servos.loop.rate_gain):
         yield (
-            f"the servo's own damping of {', '.join(slowed)}: in Gazebo it takes the goal's rate "
+            "the servos' own damping: in Gazebo it takes the goal's rate "
             'off, too'
         )
-    if (format_name, robot.input) in BACK_EMF_AS_DAMPING:
+    if robot.has_motor_law and (format_name, robot.input) in BACK_EMF_AS_DAMPING:
         yield (
             'freed motors: the back-EMF of a motor is damping of its joint here and stays when '
             'nothing drives it'

@@ -8,7 +8,7 @@ import numpy as np
 
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
-from leo_sim.effects.base import Drive, Ground, Placed
+from leo_sim.effects.base import Drive, Ground, Loop, Placed
 from leo_sim.effects.motor import Motor
 
 INERTIA = 'inertial figures'
@@ -30,6 +30,7 @@ FORCE = 'constant forces'
 PLAY = 'play in a gear'
 COMMAND = 'delays or dead bands of commands'
 SENSOR = 'sensors that are late, slow or scaled'
+RAMP = 'limited rates of goals'
 SOFT = "the ground's own stiffness and damping"
 
 SPEAKS = {
@@ -60,6 +61,9 @@ def needs(placed: Placed, robot: Robot) -> set[str]:
         return {FORCE} if any(body.force) else {INERTIA}
     if effect.hook == 'drive':
         return {PLAY} if effect.drive(p, Drive(1.0, 0.0)).gap else {ARMATURE}
+    if effect.hook == 'servo':
+        loop = effect.servo(p, Loop(1.0, 1.0, 1.0, 1.0, np.inf, 1.0))
+        return {RAMP} if np.isfinite(loop.goal_rate) else {MOTOR}
     if effect.hook == 'ground':
         before = Ground(1.0, 1.0, 1.0, 0.0)
         return {SOFT} if effect.ground(p, before)[:2] != before[:2] else {TOUCH}

@@ -8,7 +8,7 @@ constants are arrays (S, 1, 1).
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -16,13 +16,14 @@ from leo_sim.common.broadcasting import added, Array, cut, Index, index_of, Numb
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
-from leo_sim.effects.base import Drive, Ground, Placed
+from leo_sim.effects.base import Drive, Ground, Loop, Placed
 from leo_sim.effects.motor import Motor, torque_source, voltage_motor
 from leo_sim.laws.sensors import act_late, NOTHING, On, Sensors, Use
 from leo_sim.laws.sensors import Memory as Memory
 from leo_sim.laws.sensors import TIME as TIME
-from leo_sim.laws.servo import around_loop, Servos
+from leo_sim.laws.servo import around_loop, loop_of, Servos
 
+Changed = TypeVar('Changed', Drive, Loop)
 HELD = 'held'  # in the memory of a state whose base does not move
 
 
@@ -55,12 +56,13 @@ class Laws:
         self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
         uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
         uses.sort(key=lambda u: u.effect.rank)
-        hooks = ('command', 'torque', 'sensor', 'drive')
+        hooks = ('command', 'torque', 'sensor', 'drive', 'servo')
         by_hook = {hook: [u for u in uses if u.effect.hook == hook] for hook in hooks}
         self._commands = by_hook['command']
         behind: list[Use] = []
         if robot.input == 'position':
-            self._commands, behind = around_loop(self._commands, _paths(robot), values)
+            loop = _changed(loop_of(_paths(robot), values), by_hook['servo'])
+            self._commands, behind = around_loop(self._commands, loop)
         self._late = [u for u in by_hook['sensor'] if u.effect.late and of_readings]
         sensors = [u for u in by_hook['sensor'] if u not in self._late]
         self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
@@ -80,7 +82,7 @@ class Laws:
         self.sensors = Sensors(sensors, self._offset)
         own = Sensors([u for u in sensors if not u.effect.dynamic], self._offset)
         self.servos = (  # the actuators' own loops, where inputs are goals
-            Servos(_paths(robot), values, own, behind, self.actuated, len(self.joints))
+            Servos(loop, own, behind, self.actuated, len(self.joints))
             if robot.input == 'position'
             else None
         )
@@ -99,7 +101,7 @@ class Laws:
         robot, effects, values, of_readings = self._made
         kept = [p for p in effects if p.effect.hook != 'torque' or p.effect.steady]
         if self.servos is not None:
-            robot = replace(robot, input='voltage')
+            robot = replace(robot, input='voltage' if robot.has_motor_law else 'torque')
         return Laws(robot, kept, values, of_readings)
 
     def command(
@@ -172,7 +174,7 @@ class Laws:
 
     def _use(self, robot: Robot, number: int, placed: Placed) -> Use:
         names = robot.joint_names
-        if placed.effect.hook == 'command':
+        if placed.effect.hook in ('command', 'servo'):
             names = tuple(a.joint for a in robot.actuators)
         if placed.effect.hook in ('body', 'ground'):
             names = placed.effect.places(robot)
@@ -181,6 +183,7 @@ class Laws:
 
     def _constants(self, robot: Robot, values: Mapping[str, Any]) -> None:
         joints = _paths(robot)
+        self._driven_by_volts = robot.has_motor_law
         if robot.has_motor_law:
             self._constant = stacked([values[p + 'torque_constant'] for p in joints])
             self._resistance = stacked([values[p + 'resistance'] for p in joints])
@@ -201,16 +204,13 @@ class Laws:
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
 
     def _drives(self, uses: Sequence[Use]) -> None:
-        drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
-        for use in uses:
-            part = use.effect.drive(use.values, cut(drive, use.at))
-            drive = Drive(*(put(old, use.at, new) for old, new in zip(drive, part, strict=True)))
+        drive = _changed(Drive(self.rotor_inertia, np.zeros(len(self.joints))), uses)
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None  # backlash, rad, (..., J)
 
     def _motor(self, q: Array, dq: Array, speed: Array, u: Array, enabled: On) -> Motor:
         u = self.at_motors(u, q, dq)
-        if self.input == 'torque':
+        if not self._driven_by_volts:
             motor = torque_source(u, enabled)
         else:
             speed = speed[..., self.actuated]
@@ -235,6 +235,15 @@ class Laws:
 
 def _paths(robot: Robot) -> list[str]:
     return [f'actuators.{a.joint}.' for a in robot.actuators]
+
+
+def _changed(figures: Changed, uses: Sequence[Use]) -> Changed:
+    """Figures (..., J) or (..., A) as the effects of their hook make them."""
+    for use in uses:
+        part = getattr(use.effect, use.effect.hook)(use.values, cut(figures, use.at))
+        pairs = zip(figures, part, strict=True)
+        figures = type(figures)(*(put(old, use.at, new) for old, new in pairs))
+    return figures
 
 
 def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]) -> dict[str, Body]:

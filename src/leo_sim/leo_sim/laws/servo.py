@@ -7,49 +7,45 @@ error_gain * (goal - q), clipped; volts = duty * supply; the goal moves at a lim
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Index, Numbers, put, stacked
-from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.common.broadcasting import Array, Index, put, stacked
+from leo_sim.effects.base import Loop
+from leo_sim.effects.servos import GoalRate
 from leo_sim.laws.sensors import Sensors, Use
 
 FINEST = 1e-12  # resolution of an encoder that counts nothing, rad
 
 
-class Loop(NamedTuple):
-    """Figures of the loops, (..., A)."""
+def loop_of(paths: Sequence[str], values: Mapping[str, Any]) -> Loop:
+    """Figures of the loops, (..., A); paths are those of constants, as 'actuators.pivot.'.
 
-    gain: Any  # duty for an error of 1 rad, 1/rad
-    rate_gain: Any  # duty for a rate of 1 rad/s, s/rad
-    grain: Any  # a count of the encoder, rad
-    supply: Any  # V
+    Gains in N m/rad are shares of the largest torque, which takes the place of the supply.
+    """
+
+    def figures(key: str, default: float = 0.0, other: str = '') -> Any:
+        return stacked([values.get(p + key, values.get(p + other, default)) for p in paths])
+
+    most, grain = figures('effort', 1.0), np.maximum(figures('resolution'), FINEST)
+    gain = figures('stiffness', 0.0, 'position_gain') / most
+    rate_gain = figures('damping', 0.0, 'rate_gain') / most
+    supply, goal_rate = figures('effort', 0.0, 'supply'), figures('goal_rate', np.inf)
+    return Loop(gain, rate_gain, grain, supply, goal_rate, 1.0 / most)
 
 
 class Servos:
-    """The loops of all actuators of a robot.
+    """The loops of all actuators of a robot, figures (..., A).
 
-    Paths are those of the actuators' constants, as 'actuators.pivot.'. Sensors are what the servos
-    read of their joints, nothing that comes late; `after` are command effects that change the
-    voltage at once. Size is the number of joints.
+    Sensors are what the servos read of their joints, nothing that comes late; `after` are command
+    effects that change the voltage at once. Size is the number of joints.
     """
 
     def __init__(
-        self,
-        paths: Sequence[str],
-        values: Mapping[str, Any],
-        sensors: Sensors,
-        after: Sequence[Use],
-        actuated: Index,
-        size: int,
+        self, loop: Loop, sensors: Sensors, after: Sequence[Use], actuated: Index, size: int
     ):
-        def figures(key: str, default: float = 0.0) -> Any:
-            return stacked([values.get(path + key, default) for path in paths])
-
-        grain = np.maximum(figures('resolution'), FINEST)
-        self.loop = Loop(figures('position_gain'), figures('rate_gain'), grain, figures('supply'))
-        self.after, self.sensors, self._actuated = after, sensors, actuated
+        self.loop, self.after, self.sensors, self._actuated = loop, after, sensors, actuated
         self._size = size
 
     def voltage(self, goal: Array, q: Array, dq: Array) -> Any:
@@ -63,7 +59,7 @@ class Servos:
     def duty(self, goal: Any, q: Array, dq: Array) -> Any:
         """The share of the supply that the loops ask for, -1 to 1, (..., A); as `voltage`."""
         angle, rate = (read[..., self._actuated] for read in self.sensors.sense(q, dq, {}, 0)[:2])
-        gain, rate_gain, grain, _ = self.loop
+        gain, rate_gain, grain, *_ = self.loop
         error = grain * (np.rint(goal / grain) - np.rint(angle / grain))
         return np.clip(gain * error - rate_gain * rate, -1.0, 1.0)
 
@@ -75,44 +71,14 @@ class Servos:
         return one - zero, moving - idle, zero
 
 
-class GoalRate(Effect):
-    """The goal that the loop follows moves no faster than `rate`.
-
-    Its memory is that goal; at the start it is where the first command says.
-    """
-
-    name = 'goal_rate'
-    family = 'command'
-    hook = 'command'
-    parameters = (Parameter('rate', 'rad/s', neutral=float('inf'), low=0.0, role='threshold'),)
-    dynamic = True
-    rank = 15
-
-    def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
-        """The goal amid the next dt s, and at their end."""
-        before = u if memory is None else memory
-        most = p['rate'] * dt
-        end = np.clip(u, before - most, before + most)
-        return np.clip(u, before - 0.5 * most, before + 0.5 * most), end
-
-
-def around_loop(
-    commands: Sequence[Use], paths: Sequence[str], values: Mapping[str, Any]
-) -> tuple[list[Use], list[Use]]:
+def around_loop(commands: Sequence[Use], loop: Loop) -> tuple[list[Use], list[Use]]:
     """Command effects before the loops and behind them, in their order.
 
     What is late or slow changes a goal, a limited rate among them; what acts at once changes the
     voltage.
     """
-    rate = _goal_rate(paths, values)
-    before = [u for u in commands if u.effect.dynamic] + ([] if rate is None else [rate])
+    before = [u for u in commands if u.effect.dynamic]
+    if np.isfinite(loop.goal_rate).any():
+        before.append(Use('goal_rate', GoalRate(), {'rate': loop.goal_rate}, slice(None)))
     behind = [u for u in commands if not u.effect.dynamic]
     return sorted(before, key=lambda u: u.effect.rank), behind
-
-
-def _goal_rate(paths: Sequence[str], values: Mapping[str, Any]) -> Use | None:
-    """The limited rate of the goals, where an actuator has one."""
-    rates = stacked([values.get(path + 'goal_rate', np.inf) for path in paths])
-    if not np.isfinite(rates).any():
-        return None
-    return Use('goal_rate', GoalRate(), {'rate': rates}, slice(None))

@@ -38,7 +38,7 @@ def _init(argv: list[str]) -> int:
     parser.add_argument('urdf', type=Path, metavar='URDF|MJCF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
     parser.add(
-        '--input', 'what the actuators take (default: torque)', choices=KINDS, default='torque'
+        '--input', "what the actuators take (default: torque, or as the MJCF's)", choices=KINDS
     )
     parser.add('--driver', 'write how its hardware is connected, to be filled in', choices=BUSES)
     parser.add(
@@ -52,7 +52,7 @@ def _init(argv: list[str]) -> int:
     from leo_sim.verbs.skeleton.folder import make_folder
 
     made = make_folder(
-        options.urdf, options.output, options.input, options.driver, options.without
+        options.urdf, options.output, options.input or '', options.driver, options.without
     )
     following = leo('compare', 'BAG', '--model', options.output)
     if options.json:

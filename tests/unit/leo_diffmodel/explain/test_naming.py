@@ -2,12 +2,13 @@
 """Every effect of the catalogue, hidden in either pendulum, is named with its size."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.searched import searched
-from tests.simulate import DT, NOISE, PENDULUM, record, steps, TORQUE
+from tests.simulate import DT, NOISE, PENDULUM, POSITION, record, steps, TORQUE
 
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.select.search import Search
@@ -18,7 +19,8 @@ from leo_sim.model.batch import rollout
 from leo_sim.truth.drawing import of_size
 
 SECONDS, SIZE, SHORT = 8.0, 15.0, 30
-ROBOTS = {robot.name: robot for robot in (PENDULUM, TORQUE)}
+MOTOR = {p: replace(c, uncertain=None) for p, c in POSITION.constants.items() if 'offset' not in p}
+ROBOTS = {robot.name: robot for robot in (PENDULUM, TORQUE, POSITION.with_constants(MOTOR))}
 BY_HAND = {
     ('pendulum', 'stribeck_friction'): {'c': 4e-4, 'c_static': 1.2e-3, 'v_s': 1.0},
     ('pendulum', 'voltage_limit'): {'v': 1.2},
@@ -33,14 +35,19 @@ BY_HAND = {
     ('pendulum', 'backlash'): {'gap': 0.3},
     ('torque_pendulum', 'backlash'): {'gap': 0.5},
     ('torque_pendulum', 'velocity_lag'): {'tau': 0.03},
+    ('xl330_pendulum', 'goal_rate'): {'rate': 6.0},
 }
 
 
 def cases() -> Iterator[Any]:
-    """Every effect on each robot that shows it; slow on all but one of them, taken in turns."""
+    """Every effect on each robot that shows it; slow on all but one of them, taken in turns.
+
+    On the servo only what acts on its loop.
+    """
     for number, (name, effect) in enumerate(EFFECTS.items()):
         applies = [robot.name for robot in ROBOTS.values() if effect.applies(robot)]
-        robots = [] if effect.together else applies
+        others = [robot for robot in applies if robot != POSITION.name]
+        robots = [] if effect.together else others or applies
         for turn, robot in enumerate(robots):
             marks = [] if turn == number % len(robots) else [pytest.mark.slow]
             yield pytest.param(robot, name, number, marks=marks)

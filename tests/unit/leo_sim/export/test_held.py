@@ -140,3 +140,12 @@ def test_friction_of_a_robot_and_of_an_effect_is_one_level():
         still, moving = np.zeros(6), np.full(6, rate)
         level = model.laws.torques(still, moving, moving, still, None, None).level
         np.testing.assert_allclose(level, 0.0515 + 0.05)
+
+
+def test_gains_of_servos_are_in_every_format_with_motors_and_limited_goals_in_none():
+    for name, values in {'servo_stiffness': {'k': 2.0}, 'servo_damping': {'d': 0.1}}.items():
+        for format_name in SPEAKS:
+            kept, lines = sorted_out(name, values, format_name, 'xl330_pendulum')
+            assert bool(kept) == (format_name != 'URDF') and bool(kept) != bool(lines)
+    _, lines = sorted_out('goal_rate', {'rate': 2.0}, 'MJCF', 'xl330_pendulum')
+    assert 'MJCF holds no limited rates of goals' in lines[0]

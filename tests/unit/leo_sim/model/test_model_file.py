@@ -62,7 +62,8 @@ def test_everything_survives_a_round_trip(tmp_path):
 
 @pytest.mark.parametrize('name', sorted(EFFECTS))
 def test_every_effect_can_be_written_and_read(tmp_path, name):
-    robots = ROBOT, load_robot('double_pendulum'), load_robot('leo')
+    names = 'double_pendulum', 'leo', 'xl330_pendulum'
+    robots = ROBOT, *map(load_robot, names)
     robot = next(robot for robot in robots if EFFECTS[name].applies(robot))
     model = Model(robot, [place(robot, name, 'all')])
     assert load_model(save_model(tmp_path / 'model.yaml', model)).effects == model.effects

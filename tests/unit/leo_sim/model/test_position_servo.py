@@ -19,6 +19,7 @@ MASS, LENGTH, INERTIA, G = 0.49, 0.1, 1.0e-4, 9.81
 KT, OHM, ROTOR, SUPPLY, GAIN = 0.286, 2.0, 0.00257, 7.4, 1.1509
 COUNT = 2 * np.pi / 4096
 PERIOD = 0.01
+RATE_GAIN = 'actuators.pivot.rate_gain'
 GOALS = np.repeat([1.5, -0.4, 2.8, 0.3, -2.9], 30)  # rad; duty is clipped after the larger steps
 EXACT = {'actuators.pivot.resolution': 0.0}
 
@@ -84,10 +85,12 @@ def test_every_engine_follows_the_equations_of_the_loop(engine, step, angle, rat
         ),
         ([('voltage_limit', {'v': 3.0})], {}, {'volts': lambda v: np.clip(v, -3.0, 3.0)}),
         ([('command_delay', {'delay': 0.004})], {}, {'delay': 0.004}),
+        ([('servo_stiffness', {'k': 2.0})], {}, {'gain': 2.0 * GAIN}),
+        ([('servo_damping', {'d': 0.03})], {RATE_GAIN: 0.01}, {'rate_gain': 0.03}),
         ([('encoder_offset', {'o': 0.2})], {}, {'zero': 0.2}),
         (
             [],
-            {'actuators.pivot.position_gain': 3.0, 'actuators.pivot.rate_gain': 0.02},
+            {'actuators.pivot.position_gain': 3.0, RATE_GAIN: 0.02},
             {'gain': 3.0, 'rate_gain': 0.02},
         ),
         (
@@ -96,7 +99,7 @@ def test_every_engine_follows_the_equations_of_the_loop(engine, step, angle, rat
             {'supply': 5.0, 'zero': 0.1},
         ),
     ],
-    ids=['scale', 'dead zone', 'limit', 'delay', 'offset', 'gains', 'constants'],
+    ids=['scale', 'zone', 'limit', 'delay', 'k', 'd', 'offset', 'gains', 'constants'],
 )
 def test_effects_and_constants_act_where_the_loop_has_them(effects, constants, equations):
     placed = [place(ROBOT, name, 'pivot', **values) for name, values in effects]
@@ -133,10 +136,13 @@ def test_less_than_a_count_of_error_is_none():
     assert far > 0.0
 
 
-def test_the_goal_moves_no_faster_than_its_rate():
+@pytest.mark.parametrize(('own', 'effect'), [(2.0, []), (5.0, [2.0]), (1.0, [2.0])])
+def test_the_goal_moves_no_faster_than_its_rate(own, effect):
     path = 'actuators.pivot.goal_rate'
-    limited = ROBOT.with_constants({path: Constant(path, 2.0, 'rad/s')})
-    model = Model(limited, constants=EXACT, engine='rigid', integration_step=5e-4)
+    limited = ROBOT.with_constants({path: Constant(path, own, 'rad/s')})
+    placed = [place(limited, 'goal_rate', 'pivot', rate=rate) for rate in effect]
+    assert place(limited, 'goal_rate', 'pivot').parameters == {'rate': own}
+    model = Model(limited, placed, EXACT, engine='rigid', integration_step=5e-4)
     angles = stepped(model, np.array([0.0] + 99 * [1.0])[:, None], PERIOD)[0][1:, 0]
     ramped = integrated(goals=np.clip(2.0 * PERIOD * (np.arange(100) - 0.5), 0.0, 1.0))[1:, 0]
     assert np.abs(angles - ramped).max() < 2e-3
@@ -152,12 +158,15 @@ def test_the_goal_moves_no_faster_than_its_rate():
         ('encoder_offset', {'o': 0.2}),
         ('torque_scale', {'k': 0.7}),
         ('load_dependent_friction', {'mu': 0.2}),
+        ('servo_stiffness', {'k': 0.6}),
+        ('servo_damping', {'d': 0.02}),
+        ('goal_rate', {'rate': 4.0}),
         ('backlash', {'gap': 0.05}),
     ],
 )
 def test_windows_give_what_steps_give_with_every_kind_of_effect(name, values):
     placed = place(ROBOT, name, 'pivot', **values)
-    constants = {'actuators.pivot.rate_gain': 0.01}
+    constants = {RATE_GAIN: 0.01}
     on = np.ones((1, len(GOALS), 1), dtype=bool)
     on[:, 40:50] = False
     model = Model(ROBOT, [placed], constants, engine='rigid')

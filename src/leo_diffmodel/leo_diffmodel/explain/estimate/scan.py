@@ -141,8 +141,11 @@ class Scanner:
         grids, most = self.grids, self._scales.input
         if candidate.effect.hook == 'sensor' and not parameter.unit:
             return self._scales.of_readings(grids)
-        if candidate.effect.hook != 'command' or parameter.role != 'threshold':
+        if candidate.effect.hook not in ('command', 'servo') or parameter.role != 'threshold':
             return self._scales.amplitudes(candidate.effect.name, parameter, grids)
+        if candidate.effect.hook == 'servo':
+            most = self._scales.large(candidate.effect.name, parameter)
+            return np.array([f * most - parameter.neutral for f in grids.goal_rates])
         if parameter.neutral > 0:
             return np.array([f * most - parameter.neutral for f in grids.saturations])
         return most * np.array(grids.dead_bands)
@@ -199,7 +202,7 @@ def stretch_limits(candidate: Candidate, grids: Grids) -> tuple[float, float]:
         return grids.linear_stretch
     role = candidate.parameters[0].role
     hook = 'command' if candidate.effect.late else candidate.effect.hook
-    if hook not in ('command', 'drive') or role not in ('threshold', 'delay'):
+    if hook not in ('command', 'drive', 'servo') or role not in ('threshold', 'delay'):
         return grids.bent_stretch
     return (grids.bent_stretch[0] if role == 'delay' else 1.0), 1.0
 

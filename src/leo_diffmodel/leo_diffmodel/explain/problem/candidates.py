@@ -116,6 +116,8 @@ def _range(
     parameter: Parameter, candidate: Candidate, model: Model, grids: Grids
 ) -> tuple[float, float]:
     unit, neutral = parameter.unit, parameter.neutral
+    if parameter.role == 'threshold' and unit in ('V', 'rad/s', 'm/s'):
+        return -inf, inf
     if candidate.effect.hook == 'ground' and neutral > 0:
         return neutral / grids.ground, neutral * grids.ground
     if unit in ('kg', 'kg m2'):
@@ -124,7 +126,7 @@ def _range(
         return fixed
     sizes = most_sizes(model.robot, candidate.where, grids.heavier)
     most = sizes.large(candidate.effect.name, parameter)
-    if sizes.of(unit) is None or (unit == 'V' and parameter.role == 'threshold'):
+    if sizes.of(unit) is None:
         return -inf, inf
     most *= grids.per_load if unit in ('1/N m', '1/N') else 1.0
     return -most, most

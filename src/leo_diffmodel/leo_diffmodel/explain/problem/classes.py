@@ -12,21 +12,32 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_sim.description.robot import Robot
+from leo_sim.description.robot import Constant, Robot
 from leo_sim.effects.links import ASKEW
+from leo_sim.model import Model
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What decides whether two effects are told apart; `ever_free`: some motor was off."""
+    """What decides whether two effects are told apart; `ever_free`: some motor was off.
+
+    `spared`: joints whose position servos never gave all that they have.
+    """
 
     robot: Robot
     ever_free: bool
+    spared: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, robot: Robot, recordings: Sequence[Recording]) -> 'Facts':
-        free = (e.enabled < 0.5 for r in recordings for e in r.episodes)
-        return cls(robot, any(bool(f.any()) for f in free))
+        episodes = [e for r in recordings for e in r.episodes]
+        ever_free = any(bool((e.enabled < 0.5).any()) for e in episodes)
+        if (servos := Model(robot).laws.servos) is None:
+            return cls(robot, ever_free)
+        asked = [np.abs(servos.duty(e.inputs, e.q, e.dq)) * e.enabled for e in episodes]
+        spared = np.vstack(asked).max(axis=0) < 1.0
+        names = (a.joint for a, one in zip(robot.actuators, spared, strict=True) if one)
+        return cls(robot, ever_free, frozenset(names))
 
     def alike(self, a: Candidate, b: Candidate) -> bool:
         return a == b or same_thing(a, b, self) is not None
@@ -67,10 +78,19 @@ class Facts:
 
     def refits(self, joint: str, constant: str) -> bool:
         """Whether a motor constant is refitted at a joint, or for 'all' at every one."""
-        motors = [a.joint for a in self.robot.actuators if joint in (a.joint, 'all')]
-        paths = [f'actuators.{motor}.{constant}' for motor in motors]
-        known = self.robot.constants
-        return bool(paths) and all(p in known and known[p].uncertain for p in paths)
+        found = self._constants(joint, constant)
+        return bool(found) and all(c and c.uncertain for c in found)
+
+    def spares(self, joint: str, slowed: bool = True) -> bool:
+        """Whether no servo of a joint or of 'all' ever gave all; `slowed`: it may have a D."""
+        motors = {a.joint for a in self.robot.actuators if joint in (a.joint, 'all')}
+        gains = (*self._constants(joint, 'rate_gain'), *self._constants(joint, 'damping'))
+        plain = slowed or not any(c and (c.value or c.uncertain) for c in gains)
+        return bool(motors) and motors <= self.spared and plain
+
+    def _constants(self, joint: str, constant: str) -> list[Constant | None]:
+        motors = (a.joint for a in self.robot.actuators if joint in (a.joint, 'all'))
+        return [self.robot.constants.get(f'actuators.{motor}.{constant}') for motor in motors]
 
 
 @dataclass(frozen=True)
@@ -100,7 +120,7 @@ CLASSES = (
     ),
     SameThing(
         frozenset({'torque_scale', 'voltage_scale'}),
-        lambda f, _: f.robot.input == 'torque',
+        lambda f, _: not f.robot.has_motor_law,
         'a torque command has no back-EMF to tell them apart',
     ),
     SameThing(
@@ -134,6 +154,16 @@ CLASSES = (
         frozenset({'bias_torque', 'external_force'}),
         lambda f, where: f.at_base(where, slides=True),
         'along a fixed axis a constant force is one of the motor',
+    ),
+    SameThing(
+        frozenset({'servo_stiffness', 'voltage_scale'}),
+        lambda f, where: f.spares(where, slowed=False),
+        'a loop without D that never gives all it has is as strong by its gain as by its supply',
+    ),
+    SameThing(
+        frozenset({'back_emf_scale', 'servo_damping', 'viscous_friction'}),
+        lambda f, where: f.spares(where) and not f.ever_free,
+        'all brake in proportion to speed while a servo is never free and never gives all it has',
     ),
 )
 

@@ -26,6 +26,8 @@ class Description:
     frictions: Mapping[str, str]  # dry friction that was taken out, N m (N), as written
     notes: tuple[str, ...]  # what else was left out, one sentence each
     rotors: Mapping[str, float] = field(default_factory=dict)  # inertia, kg m2
+    # where every motor is a position servo: N m/rad, N m s/rad, furthest goal rad (0: not said)
+    loops: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     springs: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # N m/rad, rest rad
     motors: frozenset[str] | None = None  # joints with an actuator; None: all of them
     base: str = 'fixed'  # or 'planar'
@@ -113,6 +115,7 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
         description,
         text=tostring(root, encoding='unicode') + '\n',
         frictions={j: c for j, c in description.frictions.items() if j not in lost},
+        loops={j: loop for j, loop in description.loops.items() if j not in lost},
         springs={j: k for j, k in description.springs.items() if j not in lost},
         motors=None if motors is None else motors - lost,
         notes=(*description.notes, note),

@@ -53,8 +53,8 @@ def make_folder(
     """Write robot.urdf and robot.yaml; UserError, and nothing written, where something is wrong.
 
     From a URDF or MJCF, to a folder that is new, or empty. The actuators take a `kind`: 'torque'
-    (N m), 'voltage' (V) or 'position' (rad). A bus of `servos` is there to be filled in; links
-    `left_out` are taken out, with everything beyond them.
+    (N m), 'voltage' (V) or 'position' (rad); '' is the file's own. A bus of `servos` is there to
+    be filled in; links `left_out` are taken out, with everything beyond them.
     """
     _check_free(folder)
     if kind == 'torque' and servos == 'feetech':
@@ -62,6 +62,7 @@ def make_folder(
     description = read_description(source)
     if left_out:
         description = without(description, left_out, str(source))
+    kind = kind or ('position' if description.loops else 'torque')
     links, joints = urdf.parse(description.text, str(source))
     if not any(joint.independent for joint in joints):
         raise UserError(f'{source}: no joint moves; a robot has at least one that does')
@@ -78,6 +79,8 @@ def make_folder(
         _put(draft, folder)
     robot = load_robot(folder)
     notes = (*description.notes, *_without_stops(robot), *_effects(folder, description, joints))
+    if description.loops and kind != 'position':
+        notes += ('the loops of the servos left out; --input position takes them over',)
     asked = figures.doubt(robot.links, robot.joints, _loads(robot))
     return Skeleton(robot, (*left, *_unphysical(robot)), notes, (asked,) if asked else ())
 
@@ -168,13 +171,14 @@ def _open(description: Description, motors: dict[str, Figures], kind: str) -> li
     left = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
     if description.motors is None:
         left.append('actuators: every joint that moves has one; take out those without a motor')
-    if kind != 'torque':
+    in_torque = kind == 'position' and description.loops
+    if kind != 'torque' and not in_torque:
         left.append(
             'actuators: supply, limit, torque_constant and resistance of each are '
             'guesses; at the joint side of the gear; uncertain: [low, high] what you '
             'know roughly'
         )
-    if kind == 'position':
+    if kind == 'position' and not in_torque:
         left.append(
             'actuators: position_gain of each is a guess: docs/your_robot.md has that of '
             'some servos; resolution is left out: a count of the encoder, rad'

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.joint import sliding
 from leo_sim.description.urdf import inertial, numbers, rpy
 from leo_sim.references import load_mujoco
 from leo_sim.verbs.skeleton.description import Description
@@ -47,6 +48,7 @@ def read_mjcf(path: Path, name: str) -> Description:
         frictions={name: f'{c:g}' for name, c in zip(names, dry, strict=True) if c},
         notes=tuple(_notes(model, motors)),
         rotors={names[j]: float(rotor[j]) for j in motors if rotor[j]},
+        loops={names[j]: loop for j, loop in _loops(model, motors).items()},
         springs={
             name: (stiffness, float(model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j))
             for j, name in enumerate(names)
@@ -131,6 +133,20 @@ def _is_servo(model: Any, i: int) -> bool:
     return bool(model.actuator_biastype[i] and model.actuator_biasprm[i].any())
 
 
+def _loops(model: Any, motors: dict[int, int]) -> dict[int, tuple[float, float, float]]:
+    """What `Description.loops` has, by number of the joint; nothing where a motor is no servo."""
+    found = {}
+    for joint, i in motors.items():
+        gain = model.actuator_gainprm[i, 0]
+        shift, by_angle, by_rate = model.actuator_biasprm[i, :3]
+        if not (gain > 0 and np.isclose(by_angle, -gain) and shift == 0):
+            return {}
+        gear = abs(float(model.actuator_gear[i, 0]))
+        furthest = np.abs(model.actuator_ctrlrange[i]).max() * bool(model.actuator_ctrllimited[i])
+        found[joint] = float(gain * gear**2), float(-by_rate * gear**2), float(furthest / gear)
+    return found
+
+
 def _strength(model: Any, i: int) -> float:
     """Torque at its joint for a `ctrl` of 1, of an actuator that is no servo, N m (N)."""
     return float(model.actuator_gainprm[i, 0] * model.actuator_gear[i, 0])
@@ -165,17 +181,21 @@ def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
         'sensors': model.nsensor,
         'key frames': model.nkey,
         'actuators that are not of a joint of their own': model.nu - len(motors),
+        'lags of actuators': np.count_nonzero(model.actuator_dyntype),
     }
     gone = [f'{count} {what}' for what, count in counts.items() if count]
     servos = [_joint(model, j) for j, i in motors.items() if _is_servo(model, i)]
-    if servos:
+    loops = _loops(model, motors)
+    if servos and not loops:
         gone.append(f'the gain and bias of the actuators of {", ".join(servos)}')
     if gone:
         yield f'not taken over from the MJCF: {", ".join(gone)}'
     for j, i in motors.items():
-        if not _is_servo(model, i) and (strength := _strength(model, i)) != 1:
-            unit = 'N' if model.jnt_type[j] == SLIDE else 'N m'
-            yield f'a ctrl of 1 in the MJCF is {strength:g} {unit} at {_joint(model, j)} here'
+        one = 1 / model.actuator_gear[i, 0] if j in loops else _strength(model, i)
+        if one != 1 and (j in loops or not _is_servo(model, i)):
+            unit = 'rad' if j in loops else 'N m'
+            unit = sliding(unit) if model.jnt_type[j] == SLIDE else unit
+            yield f'a ctrl of 1 in the MJCF is {one:g} {unit} at {_joint(model, j)} here'
     for joint in range(model.njnt):
         if zero := _zero(model, joint):
             yield (

@@ -67,6 +67,9 @@ def _figures(description: Description, joint: str, load: float, kind: str, slide
         rotor = Guess(description.rotors[joint], 'kg m2', "the MJCF's armature", False)
     if kind == 'torque':
         return {'limit': torque, 'rotor_inertia': rotor}
+    if kind == 'position' and description.loops:
+        most = SLID if slide else TURNED
+        return {**_in_torque(description.loops[joint], torque, most), 'rotor_inertia': rotor}
     speed = description.speeds.get(joint, SLIDING if slide else SPEED)
     constant = SUPPLY / speed
     largest = Guess(SUPPLY, 'V', 'largest command', True)
@@ -84,6 +87,20 @@ def _figures(description: Description, joint: str, load: float, kind: str, slide
         'resistance': Guess(_rounded(constant * SUPPLY / torque.value), 'ohm', why, True),
         'rotor_inertia': rotor,
         **loop,
+    }
+
+
+def _in_torque(loop: tuple[float, float, float], effort: Guess, most: float) -> Figures:
+    """A loop in N m; without a largest torque it gives what any goal asks for."""
+    stiffness, damping, furthest = loop
+    limit = furthest or most
+    if effort.open:
+        effort = Guess(2 * stiffness * limit, 'N m', 'the file has no limit', False)
+    return {
+        'limit': Guess(limit, 'rad', 'goals from -limit to limit', not furthest),
+        'stiffness': Guess(stiffness, 'N m/rad', "the MJCF's", False),
+        'damping': Guess(damping, 'N m s/rad', "the MJCF's", False),
+        'effort': effort,
     }
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is called the same thing is the same in data; with the condition off it is not."""
 
+from dataclasses import replace
 import itertools
 from pathlib import Path
 import tempfile
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from tests.cart import cart
 from tests.searched import among
-from tests.simulate import PENDULUM, record, steps, TORQUE
+from tests.simulate import PENDULUM, POSITION, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fit import fit
@@ -28,7 +29,11 @@ from leo_sim.model.batch import rollout
 SERVO, ARM = load_robot('servo_pendulum'), load_robot('double_pendulum')
 CART = cart(Path(tempfile.mkdtemp()))
 CONSTANT = 'actuators.pivot.torque_constant'
+GAIN = 'actuators.pivot.position_gain'
+MOTOR = CONSTANT, 'actuators.pivot.resistance', 'actuators.pivot.rotor_inertia'
 UNSURE = PENDULUM.with_constants({CONSTANT: Constant(CONSTANT, 0.0536, 'N m/A', (0.03, 0.08))})
+GOALS = POSITION.with_constants({p: replace(POSITION.constants[p], uncertain=None) for p in MOTOR})
+QUICK = GOALS.with_constants({GAIN: Constant(GAIN, 4.0, '1/rad')})  # it gives all it has
 DELAYS = ('command_delay', 'measurement_delay')
 BRAKES = ('viscous_friction', 'back_emf_scale')
 INERTIAS = ('armature', 'link_inertia')
@@ -52,6 +57,8 @@ PROOFS = [
     (TURNED, TORQUE, ('encoder_offset', 'pivot', {'o': -0.08})),
     (('encoder_offset', 'gravity'), ARM, ('encoder_offset', 'shoulder', {'o': 0.05})),
     (('external_force', 'torque_ripple'), ARM, ('external_force', 'upper', {'x': 0.5, 'z': 0.2})),
+    (('servo_stiffness', 'voltage_scale'), GOALS, ('servo_stiffness', 'pivot', {'k': 0.7})),
+    (('servo_damping', *BRAKES), GOALS, ('servo_damping', 'pivot', {'d': 0.02})),
     (('bias_torque', 'external_force'), CART, ('bias_torque', 'rail', {'t': 0.5})),
 ]
 
@@ -74,7 +81,7 @@ def candidate(robot: Robot, name: str, where: str) -> Candidate:
 def driven(robot: Robot, *effects, enabled=None) -> Recording:
     """Ten seconds of random steps at every joint, small enough not to whirl."""
     inputs = np.hstack([steps(robot, 10, seed) for seed in range(8, 8 + len(robot.actuators))])
-    inputs *= {'double_pendulum': 0.4, 'cart': 0.1}.get(robot.name, 1.0)
+    inputs *= {'double_pendulum': 0.4, 'cart': 0.1, 'xl330_pendulum': 0.3}.get(robot.name, 1.0)
     return record(robot, *effects, inputs=inputs, seed=8, enabled=enabled)
 
 
@@ -98,10 +105,11 @@ def gains(data: Recording, robot: Robot, things) -> list[float]:
 def test_members_leave_the_same_residual(members, robot, truth):
     name, where, values = truth
     things = [thing(robot, member, where) for member in members]
-    found = gains(driven(robot, place(robot, name, where, **values)), robot, things)
+    data = driven(robot, place(robot, name, where, **values))
+    found = gains(data, robot, things)
     assert min(found) > 50
     assert max(found) - min(found) < max(1.5, 1e-3 * max(found))
-    facts = Facts(robot, ever_free=False)
+    facts = Facts.of(robot, [data])
     for a, b in itertools.combinations(things, 2):
         assert why_same(a, b, facts)
 
@@ -122,6 +130,7 @@ def test_every_class_is_proved():
         (ARM, ('command_delay', 'elbow', {'delay': 0.013}), ('measurement_delay', 'all')),
         (PENDULUM, ('torque_scale', 'pivot', {'k': 0.8}), ('voltage_scale', 'pivot')),
         (TORQUE, ('bias_torque', 'pivot', {'t': 0.3}), ('external_force', 'bob')),
+        (QUICK, ('servo_stiffness', 'pivot', {'k': 0.7}), ('voltage_scale', 'pivot')),
     ],
 )
 def test_elsewhere_they_are_not_the_same(robot, truth, other):
@@ -129,7 +138,7 @@ def test_elsewhere_they_are_not_the_same(robot, truth, other):
     data = driven(robot, place(robot, name, where, **values))
     mine, others = gains(data, robot, [(name, where), other])
     assert mine > others + 20
-    assert why_same((name, where), other, Facts(robot, ever_free=False)) is None
+    assert why_same((name, where), other, Facts.of(robot, [data])) is None
 
 
 def off_at_times() -> np.ndarray:

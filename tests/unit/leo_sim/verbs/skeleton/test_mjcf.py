@@ -48,7 +48,19 @@ WALKER = """
 """
 
 
+SERVOS = """
+<mujoco><compiler angle="radian"/><worldbody><body><joint name="shoulder" axis="0 1 0"/>
+  <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02"/><body pos="0 0 -0.3">
+    <joint name="elbow" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02"/>
+  </body></body></worldbody><actuator>
+  <position joint="shoulder" kp="4" kv="0.3" gear="2" forcerange="-1 1" ctrlrange="-2 2"/>
+  <general joint="elbow" biastype="affine" gainprm="5" biasprm="0 -5 -0.1" ctrlrange="-3 3"/>
+</actuator></mujoco>
+"""
+
+
 def folder_of(text, tmp_path, kind='torque'):
+    tmp_path.mkdir(exist_ok=True)
     path = tmp_path / 'file.xml'
     path.write_text(text)
     return make_folder(path, tmp_path / 'robot', kind)
@@ -121,6 +133,28 @@ def test_motors_of_an_exported_model_come_back_and_others_say_their_sign(tmp_pat
     (tmp_path / 'other').mkdir()
     turned = folder_of(WALKER.replace('<motor', '<motor gear="-10"'), tmp_path / 'other')
     assert 'a ctrl of 1 in the MJCF is -10 N m at hip here' in turned.notes
+
+
+def test_servos_come_over_with_their_gains_and_go_back(tmp_path):
+    """Torques are those of MuJoCo where it is off the goal, and where it gives all it has."""
+    made = folder_of(SERVOS, tmp_path, '')
+    robot = made.robot
+    assert robot.input == 'position' and robot.limits == pytest.approx([1.0, 3.0])
+    assert not any('gain and bias' in note for note in made.notes)
+    assert 'a ctrl of 1 in the MJCF is 0.5 rad at shoulder here' in made.notes
+    damping = place(robot, 'servo_damping', 'elbow')
+    assert (damping.parameters, damping.units) == ({'d': 0.1}, {'d': 'N m s/rad'})
+    back = written(mjcf(held(Model(robot), 'MJCF').model))
+    state = np.array([0.3, -0.2]), np.array([0.5, -1.0])
+    for goal in np.array([[0.4, 0.1], [0.9, -2.5]]):
+        ours = Model(robot).laws.torques(*state, state[1], goal, None, None).motor
+        for text, ctrl in (SERVOS, goal * [2.0, 1.0]), (back, goal):
+            model = mujoco.MjModel.from_xml_string(text)
+            data = mujoco.MjData(model)
+            data.qpos[:], data.qvel[:], data.ctrl[:] = *state, ctrl
+            mujoco.mj_forward(model, data)
+            assert ours == pytest.approx(data.qfrc_actuator, rel=1e-9)
+    assert 'takes them over' in ' '.join(folder_of(SERVOS, tmp_path / 'other').notes)
 
 
 @pytest.mark.parametrize(
