@@ -27,49 +27,36 @@ _INDEX = re.compile(r'\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\]')
 
 
 class LogFormat(Fixed):
-    """What a log's own name and text do not say: a part of the column map.
+    """What a log's own name and text do not say: a part of the column map."""
 
-    Attributes:
-        format: by default what the name ends in, and what a folder has in it.
-        delimiter: of CSV columns; by default what parts all lines alike.
-        decimal: the decimal sign of CSV numbers; by default what the numbers show.
-        encoding: of text; by default UTF-8, UTF-16 or cp1252, as the bytes show.
-        header: names of the columns of a CSV file, of rows that are lists, or of the one matrix
-            of a MATLAB file; by default those of the file, else 0, 1, ...
-        records: where the rows or the arrays are, or several such places, an episode each; of
-            messages, the topic that has the times of the samples.
-        fields: where arrays are, by the name that the column shall have.
-        order: names of the numbers of a sample, where there are as many: `q.elbow` for `q[0]`.
-    """
-
-    format: str | None = None
+    format: str | None = None  # by default what the name ends in, and what a folder has in it
+    # of CSV columns; by default what parts all lines alike
     delimiter: str | None = Field(default=None, min_length=1, max_length=1)
-    decimal: Literal['.', ','] | None = None
-    encoding: str | None = None
+    decimal: Literal['.', ','] | None = None  # of CSV numbers; by default what the numbers show
+    encoding: str | None = None  # of text; by default UTF-8, UTF-16 or cp1252, as the bytes show
+    # names of the columns of a CSV file, of rows that are lists, or of the one matrix of a MATLAB
+    # file; by default those of the file, else 0, 1, ...
     header: list[str] | None = None
+    # where the rows or the arrays are, or several such places, an episode each; of messages, the
+    # topic that has the times of the samples
     records: str | list[str] | None = None
+    # where arrays are, by the name that the column shall have
     fields: dict[str, str | list[str]] = Field(default_factory=dict)
+    # names of the numbers of a sample, where there are as many: `q.elbow` for `q[0]`
     order: list[str] = Field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class Reader:
-    """A format of logs: one file that ends with one of these, and its line in `tables.READERS`.
+    """A format of logs: one file that ends with one of these, and its line in `tables.READERS`."""
 
-    Attributes:
-        name: as a column map says it (`format: csv`).
-        endings: of files, in lower case without the dot; none where a log is a folder.
-        read: the tables of a log, one per episode, each with all its columns, (samples,) each.
-        is_folder: whether a folder is such a log.
-        guessed: how `leo import --guess` reads a log.
-        notes: what is to be known of how a log was read, for the guessed map; a line each.
-    """
-
-    name: str
-    endings: tuple[str, ...]
+    name: str  # as a column map says it (`format: csv`)
+    endings: tuple[str, ...]  # of files, in lower case without the dot; none where it is a folder
+    # the tables of a log, one per episode, each with all its columns, (samples,) each
     read: Callable[[Path, LogFormat], list[Table]]
-    is_folder: Callable[[Path], bool] = lambda _: False
-    guessed: Callable[[Path], LogFormat] = lambda _: LogFormat()
+    is_folder: Callable[[Path], bool] = lambda _: False  # whether a folder is such a log
+    guessed: Callable[[Path], LogFormat] = lambda _: LogFormat()  # how `--guess` reads a log
+    # what is to be known of how a log was read, for the guessed map; a line each
     notes: Callable[[Path], list[str]] = lambda _: []
 
     def takes(self, log: Path, log_format: LogFormat) -> bool:
