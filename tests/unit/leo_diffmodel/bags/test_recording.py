@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.messages import bag_of, command, dynamic, message
 from tests.places import DATA
+from tests.simulate import PENDULUM, TORQUE
 
 from leo_diffmodel.bags import recording as recording_file
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -19,10 +20,7 @@ from leo_diffmodel.bags.topic_map import JointMap, TopicMap
 from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
-TORQUE = load_robot('torque_pendulum')
 PERIOD = 10_000_000
 OLD_BAGS = DATA / 'bags_of_2026_11'
 KINDS = {
