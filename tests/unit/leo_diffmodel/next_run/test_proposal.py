@@ -155,11 +155,14 @@ def test_a_run_file_by_hand_is_held_from_row_to_row(tmp_path):
         read_run(path).run_for(load_robot('torque_pendulum'))
 
 
-def test_a_run_file_replaces_a_run_file(tmp_path):
-    for size in (1.0, 2.0):
-        run = Run('r', '', np.full((9, 1), size), np.ones(9, bool))
+def test_a_run_file_replaces_only_a_run_file(tmp_path):
+    run, log = Run('r', '', np.ones((9, 1)), np.ones(9, bool)), tmp_path / 'log.csv'
+    for _ in range(2):
         write_run(tmp_path / 'run.csv', run, PENDULUM)
-    assert read_run(tmp_path / 'run.csv').inputs[0] == 2.0
+    log.write_text('time,pos\n0,1\n')
+    with pytest.raises(UserError, match=r'log\.csv exists and is no run file'):
+        write_run(log, run, PENDULUM)
+    assert log.read_text() == 'time,pos\n0,1\n'
 
 
 @pytest.mark.parametrize(
