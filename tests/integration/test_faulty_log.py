@@ -117,21 +117,6 @@ def test_the_line_it_names_mends_it_when_the_bag_is_read(faulty, tmp_path):
     assert Logged.of([after], (), Model(TORQUE), False, True).faults == ()
 
 
-@pytest.mark.parametrize(
-    ('line', 'what'),
-    [
-        ('joints: {pivot: {speed_scale: 0}}', 'a scale is a number other than 0'),
-        ('joints: {pivot: {input_late: 99}}', 'less than or equal to 10'),
-        ('time_scale: -1', 'greater than 0'),
-    ],
-)
-def test_a_map_that_cannot_be_is_refused(faulty, tmp_path, line, what):
-    mapping = tmp_path / 'map.yaml'
-    mapping.write_text(line)
-    with pytest.raises(Exception, match=what):
-        read_bag(faulty, TORQUE, mapping)
-
-
 def test_late_channels_and_stretched_time_are_read_as_the_map_says(faulty, tmp_path):
     mapping = tmp_path / 'map.yaml'
     mapping.write_text(

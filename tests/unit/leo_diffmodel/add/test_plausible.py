@@ -3,7 +3,6 @@
 
 import pytest
 
-from leo_diffmodel import add
 from leo_diffmodel.add.plausible import implausible
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
@@ -26,12 +25,6 @@ def test_a_value_far_out_is_one_line(tmp_path, capsys, words, said):
     assert main(['add', 'pendulum', *words.split(), '-o', str(new)]) == 0 and new.is_file()
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == bool(said) and said in ''.join(lines)
-
-
-def test_from_python_it_is_a_warning():
-    with pytest.warns(UserWarning, match=r'c: 5 is outside .* plausible on pendulum') as said:
-        add('pendulum', 'coulomb_friction', 'pivot', c=5.0)
-    assert said[0].filename == __file__
 
 
 def test_limits_of_a_model_say_what_is_plausible():

@@ -11,6 +11,7 @@ from mcap.writer import CompressionType
 import numpy as np
 import pytest
 from tests.messages import bag_of, states
+from tests.simulate import PENDULUM
 import zstandard
 
 from leo_diffmodel.bags.contents import load
@@ -18,9 +19,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import JOINT_STATE
 from leo_msgs_py.cli import main
 from leo_msgs_py.mcap_file import LARGEST_CHUNK
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
 FRAME = struct.Struct('<BQ')
 CHUNK = 6
 PAGE = 4096

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from tests.damage import one_line
+from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import load
@@ -18,9 +19,6 @@ from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
-
-PENDULUM = load_robot('pendulum')
 
 
 def write_database(folder: Path, bag: Path) -> Path:

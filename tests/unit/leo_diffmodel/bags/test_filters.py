@@ -192,22 +192,21 @@ def test_spikes_of_an_encoders_zero_are_once_a_turn(wrapped, noise):
     np.testing.assert_allclose(mended.dq[:, 0], rate, atol=5 * noise + 0.01)
 
 
-def test_a_fast_wheel_has_many():
-    q, rate = 45.0 * TEN, np.full_like(TEN, 45.0)
-    rate[at_zero(q)] = -400.0
-    mended = filtered(log(q, rate))
+@pytest.mark.parametrize(
+    ('speed', 'at', 'spikes', 'once_a_turn'),
+    [
+        (45.0, at_zero(45.0 * TEN), -400.0, True),
+        (3.0, [100, 333, 480], (60.0, -45.0, 50.0), False),
+    ],
+    ids=['a fast wheel', 'anywhere'],
+)
+def test_spikes_of_a_wheel_are_counted_and_mended(speed, at, spikes, once_a_turn):
+    rate = np.full_like(TEN, speed)
+    rate[at] = spikes
+    mended = filtered(log(speed * TEN, rate))
     (told,) = mended.notes
-    assert f'{len(at_zero(q))} spikes' in told and 'once a turn at' in told
-    np.testing.assert_allclose(mended.dq, 45.0)
-
-
-def test_spikes_anywhere_are_not_once_a_turn():
-    q, rate = 3.0 * TEN, np.full_like(TEN, 3.0)
-    rate[[100, 333, 480]] = (60.0, -45.0, 50.0)
-    mended = filtered(log(q, rate))
-    (told,) = mended.notes
-    assert '3 spikes' in told and 'turn at' not in told
-    np.testing.assert_allclose(mended.dq, 3.0)
+    assert f'{len(at)} spikes' in told and ('once a turn at' in told) == once_a_turn
+    np.testing.assert_allclose(mended.dq, speed)
 
 
 def test_a_joint_that_swings_over_its_zero_has_them_at_one_angle():

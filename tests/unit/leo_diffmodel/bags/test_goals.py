@@ -116,9 +116,8 @@ def test_hostile_trajectories_are_no_goals(tmp_path):
 
 
 def test_joints_of_one_name_have_the_same_goals(tmp_path):
-    arm = load_robot('so101')
-    same = TopicMap(joints={name: JointMap(name='pivot') for name in arm.joint_names})
-    recording = read_bag(bag_of(tmp_path, *states(), asks(0, {0: [1.0]})), arm, same)
+    same = TopicMap(joints={name: JointMap(name='pivot') for name in ARM.joint_names})
+    recording = read_bag(bag_of(tmp_path, *states(), asks(0, {0: [1.0]})), ARM, same)
     assert recording.episodes[0].inputs.shape[1] == 6 and (recording.episodes[0].inputs == 1).all()
 
 

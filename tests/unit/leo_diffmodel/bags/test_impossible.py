@@ -7,15 +7,14 @@ import warnings
 import numpy as np
 import pytest
 from tests.cart import cart
+from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.impossible import input_channels
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
 COUNT = 400
 
 

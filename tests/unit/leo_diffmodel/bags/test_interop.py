@@ -17,6 +17,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.serde import SerdeError
 from tests.messages import bag_of, dynamic, states
+from tests.simulate import PENDULUM
 import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -25,14 +26,11 @@ from leo_diffmodel.bags.finish import BagState, finish_bag
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import definition, DYNAMIC_JOINT_STATE, JOINT_STATE
-from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import McapFile
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
 COUNT = 2000
 
 
@@ -153,13 +151,10 @@ def test_every_cut_is_finished_without_losing_a_message(bag, tmp_path, share):
 
 
 def test_a_message_that_cannot_be_decoded_is_left_out_and_counted(tmp_path):
-    writer = BagWriter(tmp_path / 'bag')
-    channel = writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
-    for k in range(10):
-        data = cdr.joint_state(k * 10**7, ('pivot',), [0.0], [0.0])
-        writer.write(channel, data if k != 5 else data[:16] + b'\xff' * 40, k * 10**7)
-    writer.close()
-    recording = read_bag(tmp_path / 'bag', PENDULUM)
+    rows = states(10, ['pivot'], *np.zeros((2, 10, 1)))
+    topic, kind, log_ns, data = rows[5]
+    rows[5] = topic, kind, log_ns, data[:16] + b'\xff' * 40
+    recording = read_bag(bag_of(tmp_path, *rows), PENDULUM)
     assert len(recording.episodes[0].t) == 9
     assert '1 messages could not be decoded' in recording.warnings[0]
 

@@ -4,14 +4,13 @@
 import numpy as np
 import pytest
 from tests.messages import bag_of, command, dynamic, message, state, states, trajectory
+from tests.simulate import PENDULUM, TORQUE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
 
-PENDULUM, TORQUE = load_robot('pendulum'), load_robot('torque_pendulum')
 STEP = 10_000_000
 SWING = 0.3 * np.sin(0.1 * np.arange(50))
 

@@ -14,6 +14,7 @@ from mcap.records import ChunkIndex, Message
 from mcap.stream_reader import StreamReader
 import numpy as np
 import pytest
+from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over, is_recording
@@ -25,9 +26,7 @@ from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files, McapFile
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
 CHILD = """
 import sys, time
 from pathlib import Path
@@ -137,8 +136,8 @@ def test_messages_are_logged_when_they_arrived(tmp_path, recorder):
     assert (last.log_ns, last.published_ns) == (9, 8)
 
 
-def test_what_was_sent_before_a_restart_and_comes_after_it_is_left_out(tmp_path):
-    recorder, other = Recorder(tmp_path / 'bag'), Topic('/others', STATES.type)
+def test_what_was_sent_before_a_restart_and_comes_after_it_is_left_out(tmp_path, recorder):
+    other = Topic('/others', STATES.type)
     for stamp in range(0, 10**9, 10**7):
         recorder.record(STATES, state(stamp))
         recorder.record(other, state(stamp))

@@ -8,6 +8,7 @@ import shutil
 
 import numpy as np
 import pytest
+from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags import recorder as recording
 from leo_diffmodel.bags import writer
@@ -22,9 +23,7 @@ from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import decode, joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
 VOLTS = APPLIED['voltage']
 PERIOD = 10_000_000
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.messages import bag_of, command, dynamic, message
 from tests.places import DATA
+from tests.simulate import PENDULUM, TORQUE
 
 from leo_diffmodel.bags import recording as recording_file
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -19,10 +20,7 @@ from leo_diffmodel.bags.topic_map import JointMap, TopicMap
 from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
-TORQUE = load_robot('torque_pendulum')
 PERIOD = 10_000_000
 OLD_BAGS = DATA / 'bags_of_2026_11'
 KINDS = {
@@ -369,6 +367,9 @@ def test_unusable_bags_are_refused_in_one_line(tmp_path, log, message):
         ('topics: {joint_states: /arm}\n', 'no topic /arm; it has /joint_states'),
         ('input: commands\n', 'no input on commands'),
         ('input: applied\n', 'no input on applied'),
+        ('joints: {pivot: {speed_scale: 0}}', 'a scale is a number other than 0'),
+        ('joints: {pivot: {input_late: 99}}', 'less than or equal to 10'),
+        ('time_scale: -1', 'greater than 0'),
         ('- a\n', 'expected a mapping'),
         ('{', 'not a YAML file'),
     ],

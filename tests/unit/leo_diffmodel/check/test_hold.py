@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.simulate import of_robot
+from tests.simulate import DT, of_robot
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.check import Bag, look_at
@@ -13,7 +13,6 @@ from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
 MODEL = Model(load_robot('torque_pendulum'))
-DT = 0.01
 SIGMA = np.array([1e-3, 0.03])
 """Of angle [rad] and speed [rad/s]."""
 

@@ -3,14 +3,14 @@
 
 import numpy as np
 import pytest
-from tests.simulate import of_robot, PENDULUM, record, TORQUE
+from tests.simulate import DT, PENDULUM, record, TORQUE
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.torque import _covariance, missing_torque
 from leo_sim.effects import place
 from leo_sim.model import Model
 
-PERIOD, STILL, MOVING = 0.01, 200, 200
+STILL, MOVING = 200, 200
 SIGMA = np.array([[1e-3, 0.03]])
 
 
@@ -50,20 +50,13 @@ def rubbing() -> Model:
 
 
 def pushed_about(model: Model, volts: np.ndarray) -> Recording:
-    state, seen = model.start(), []
-    for u in volts[:, None]:
-        seen.append(np.concatenate(model.sense(state)))
-        state = model.step(state, u, PERIOD)
-    q, dq = np.array(seen).T[:, :, None]
-    u = volts[:, None]
-    episode = Episode(np.arange(len(volts)) * PERIOD, q, dq, u, np.ones_like(u, bool))
-    return of_robot(PENDULUM, episode)
+    return record(PENDULUM, *model.effects, inputs=volts[:, None], noise=(0.0, 0.0))
 
 
 def test_windows_that_are_held_still_are_left_out(rubbing):
     swing = 3.0 * np.sign(np.sin(np.arange(MOVING) * 0.1))
     found = missing_torque([pushed_about(rubbing, np.r_[np.zeros(STILL), swing])], rubbing, SIGMA)
-    assert found.time.min() > (STILL - 10) * PERIOD
+    assert found.time.min() > (STILL - 10) * DT
     assert len(found.time) == len(found.torque) == found.windows.count > 10
     assert np.abs(found.torque).max() < 1e-4
 

@@ -391,11 +391,13 @@ LOGS = [
 
 
 @pytest.mark.parametrize(('name', 'where', 'content'), LOGS, ids=[name for name, *_ in LOGS])
-def test_a_map_brings_what_a_log_knows_into_the_bag(tmp_path, name, where, content):
+def test_a_map_brings_what_a_log_knows_into_the_bag(tmp_path, capsys, name, where, content):
     log, column_map = tmp_path / name, tmp_path / 'map.yaml'
     log.write_text(content if isinstance(content, str) else json.dumps(content))
     column_map.write_text(yaml.safe_dump(MAP | where))
-    recording = read_bag(import_logs([log], column_map, tmp_path / 'run'), 'torque_pendulum')
+    assert main(['import', str(log), '--map', str(column_map), '-o', str(tmp_path / 'run')]) == 0
+    assert f'{BOB} = 0.5' in capsys.readouterr().out
+    recording = read_bag(tmp_path / 'run', 'torque_pendulum')
     assert recording.constants == {BOB: pytest.approx(0.5)}
     model = with_known(Model(TORQUE), [recording])
     assert model.by_recording == {BOB: {'run': pytest.approx(0.5)}}
@@ -427,14 +429,6 @@ def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, paylo
     error = capsys.readouterr().err
     assert said in error and error.count('\n') == 1
     assert not (tmp_path / 'run').exists()
-
-
-def test_leo_import_says_what_it_knows(tmp_path, capsys):
-    log, column_map = tmp_path / 'heavy.csv', tmp_path / 'map.yaml'
-    log.write_text(csv(payload=900))
-    column_map.write_text(yaml.safe_dump(MAP))
-    assert main(['import', str(log), '--map', str(column_map), '-o', str(tmp_path / 'run')]) == 0
-    assert f'{BOB} = 0.9' in capsys.readouterr().out
 
 
 LOGS = REAL_DATA / 'bam_xl330'

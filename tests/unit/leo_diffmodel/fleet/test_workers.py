@@ -73,5 +73,3 @@ def test_one_line_says_what_a_cluster_lacks(monkeypatch):
     options = argparse.Namespace(jobs=1, scheduler='tcp://127.0.0.1:1')
     with pytest.raises(UserError, match=r'pip install .leo_diffmodel\[cluster\]'):
         chosen_workers(options, 'leo blind')
-    with pytest.raises(UserError, match='leo blind: --jobs takes 1 or more'):
-        chosen_workers(argparse.Namespace(jobs=0, scheduler=None), 'leo blind')

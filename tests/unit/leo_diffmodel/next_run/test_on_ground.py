@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from tests.walker import LEO, SIGMA
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
@@ -14,14 +15,11 @@ from leo_diffmodel.next_run.safety import tamed
 from leo_diffmodel.next_run.separate import separable
 from leo_diffmodel.next_run.simulate import performed, simulate
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
 
-LEO = load_robot('leo')
 MODEL = Model(LEO, engine='rigid', scheme='search')
 MENU = walker_menu(LEO, Reach.of_levels(0.4 * LEO.limits), 3.0)
-SIGMA = np.repeat((1e-3, 0.05), 9)
 PERIOD = 0.01
 
 

@@ -153,8 +153,6 @@ def test_a_run_file_by_hand_is_held_from_row_to_row(tmp_path):
     assert run.enabled.tolist() == [True] * 4 + [False] * 4
     with pytest.raises(UserError, match='takes pivot in N m'):
         read_run(path).run_for(load_robot('torque_pendulum'))
-    with pytest.raises(UserError, match='folder is not there'):
-        write_run(tmp_path / 'no' / 'run.csv', run, PENDULUM)
 
 
 def test_a_run_file_replaces_only_a_run_file(tmp_path):

@@ -12,11 +12,10 @@ from tests.simulate import bag, PENDULUM, record
 from leo_diffmodel.api import _read
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.verbs import check, common, compare, explain
-from leo_msgs_py.cli import main
 from leo_msgs_py.ending import BEGAN
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.model import load_model, Model
+from leo_sim.model import Model
 
 ARM = Model(load_robot('so101'))
 
@@ -45,13 +44,6 @@ def test_a_difference_model_that_is_none_is_refused_all_the_same(file):
     weights.unlink()
     with pytest.raises(UserError, match='no difference model'):
         common.named_model(str(file))
-
-
-def test_with_an_effect_added_a_model_has_no_difference_model_and_that_is_said(file, capsys):
-    new = file.with_name('new.yaml')
-    assert main(['add', str(file), 'viscous_friction:pivot', 'b=1e-4', '-o', str(new)]) == 0
-    assert 'without the difference model' in capsys.readouterr().err
-    assert load_model(new).difference_model is None
 
 
 def test_angles_in_degrees_are_said_on_reading(tmp_path, capsys):

@@ -120,14 +120,7 @@ def test_the_page_of_two_joints(tmp_path, capsys):
     assert main([str(path), '--model', 'double_pendulum', '-o', str(tmp_path)]) == 0
     links, text = read((tmp_path / 'report.html').read_text())
     assert links.urls == [] and f'leo watch {path} --model double_pendulum' in text
-    for title in (
-        'How much of the motion the model explains',
-        'Where it fails',
-        'Torque the model lacks',
-        'Error against prediction horizon',
-        'Where this comes from',
-    ):
-        assert title in text, title
+    assert 'Where this comes from' in text
     page = (tmp_path / 'report.html').read_text()
     for joint in ('shoulder', 'elbow'):
         assert f'{joint} ' in text

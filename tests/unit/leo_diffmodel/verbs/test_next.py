@@ -47,17 +47,13 @@ def run(tmp_path_factory):
 
 def answer(run, *blind):
     """The contents of an explain.json that could not test some effects."""
-    return {
+    bags = [{'sha256': read_bag(run, PENDULUM).sha256}]
+    return EXPLANATION | {
         'verdict': 'untestable' if blind else 'fine',
         'sentence': 'so it is',
         'effects': [],
         'not_testable': [{'name': name, 'where': 'pivot', 'why': ''} for name in blind],
-        'constants': {},
-        'provenance': {
-            'robot': 'pendulum',
-            'date': 'today',
-            'bags': [{'sha256': read_bag(run, PENDULUM).sha256}],
-        },
+        'provenance': EXPLANATION['provenance'] | {'bags': bags},
     }
 
 

@@ -58,18 +58,16 @@ def test_explain_json_says_what_is_unknown(rhythm):
     assert 'What no known effect explains' in (rhythm / 'out' / 'report.html').read_text()
 
 
-def test_added_from_explain_json_it_lowers_the_error_on_another_bag(rhythm, capsys):
-    source, target = str(rhythm / 'out' / 'explain.json'), str(rhythm / 'from.yaml')
-    words = [str(rhythm / 'robot'), '--from', source, '-o', target]
-    assert add.main([*words, '--effect', str(rhythm / 'found.py')]) == 0
-    before = error(str(rhythm / 'robot'), rhythm / 'two', capsys)
-    assert error(target, rhythm / 'two', capsys) < 0.4 * before
-
-
-def test_added_by_hand_only_its_amplitude_is_needed(rhythm, capsys):
-    effect, target = f'{rhythm / "found.py"}:{JOINT}', str(rhythm / 'hand.yaml')
-    assert add.main([str(rhythm / 'robot'), effect, 'a=0.3', '-o', target]) == 0
-    before = error(str(rhythm / 'robot'), rhythm / 'two', capsys)
+@pytest.mark.parametrize(
+    'words',
+    [['--from', 'out/explain.json', '--effect', 'found.py'], [f'found.py:{JOINT}', 'a=0.3']],
+    ids=['from explain.json', 'by hand, with its amplitude alone'],
+)
+def test_added_it_lowers_the_error_on_another_bag(words, rhythm, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(rhythm)
+    target = str(tmp_path / 'new.yaml')
+    assert add.main(['robot', *words, '-o', target]) == 0
+    before = error('robot', rhythm / 'two', capsys)
     assert error(target, rhythm / 'two', capsys) < 0.4 * before
 
 

@@ -17,7 +17,6 @@ from leo_diffmodel.watch import view as shown
 from leo_diffmodel.watch.drawing import draw, Drawn, FILM, FINE
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import Stage
-from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
@@ -104,13 +103,6 @@ def test_a_film_moves_the_robots_and_the_cursor_alone(few, tmp_path):
     assert columns.size and columns.max() < moved.shape[1] / 2
     assert all(size % 2 == 0 for size in moved.shape)
     assert told == ['c.gif', 'c.gif, picture 1 of 5']
-
-
-def test_without_an_encoder_it_is_one_line_and_no_file(few, tmp_path, monkeypatch):
-    monkeypatch.setenv('PATH', str(tmp_path))
-    with pytest.raises(UserError, match=r'a \.mp4 needs the program ffmpeg; install it'):
-        draw(few, tmp_path / 'c.mp4', lambda _: None)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_walker_stands_on_its_ground_and_is_followed(few):

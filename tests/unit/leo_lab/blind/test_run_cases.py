@@ -3,6 +3,7 @@
 
 import json
 
+import pytest
 from tests.judging import truth_of, verdict
 
 from leo_lab.blind import run_cases
@@ -44,13 +45,17 @@ def test_a_robot_that_is_asked_for_has_a_file_of_its_own(tmp_path, monkeypatch, 
     }
 
 
-def test_cases_that_end_with_an_error_are_said_and_no_kind_needs_an_answer(
-    tmp_path, monkeypatch, capsys
+@pytest.mark.parametrize('failing', [1, 3])
+def test_cases_that_end_with_an_error_are_said_and_end_no_other(
+    failing, tmp_path, monkeypatch, capsys
 ):
     def fake(seed, kind, robot):
-        raise ValueError('no such robot')
+        if seed <= failing:
+            raise ValueError('no such robot')
+        return verdict(truth_of(kind), 'fine') | {'seed': seed}
 
     monkeypatch.setattr(run_cases, 'run_case', fake)
-    assert main(['--no-effect', '1', '-o', str(tmp_path), '--jobs', '1']) == 1
+    assert main(['--no-effect', '3', '-o', str(tmp_path), '--jobs', '1']) == 1
     said = capsys.readouterr()
-    assert 'none 1 has no answer' in said.err and 'Traceback' not in said.err
+    assert 'none 1 has no answer: ValueError' in said.err and 'Traceback' not in said.err
+    assert len(run_cases.read_lines(tmp_path / 'results.jsonl')) == 3 - failing

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from scipy.stats import binomtest
+from tests import judging
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_lab import origin
@@ -14,7 +15,6 @@ from leo_lab.blind import run_cases
 from leo_lab.blind.case import draw_case
 from leo_lab.blind.drawn import place_of
 from leo_lab.blind.floors import with_floors
-from leo_lab.blind.judge import judge
 from leo_lab.blind.open_loop import OpenLoop
 from leo_lab.blind.record import record
 from leo_lab.blind.sensing import COUNT, MOST, Sensing, Sensor
@@ -25,10 +25,10 @@ from leo_lab.verbs import blind
 from leo_lab.verbs.blind import main
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
-from leo_sim.description.robot import load_robot
 
 NONE_HIDDEN, ONE_HIDDEN = 2, 34
 """Seeds of the torque pendulum."""
+judged = judging.verdict
 
 
 @pytest.fixture(scope='module')
@@ -108,50 +108,18 @@ def test_differenced_counts_are_as_noisy_as_they_are_said_to_be():
 
 
 def hidden(name, where, size=9.0):
-    return {
-        'name': name,
-        'where': where,
-        'family': 'x',
-        'size': size,
-        'parameters': {},
-        'neutral': {},
-        'units': {},
-    }
+    return judging.HIDDEN | {'name': name, 'where': where, 'family': 'x', 'size': size}
 
 
 def truth_of(*effects, robot='double_pendulum', differenced=False, kind='small'):
     small = [hidden('link_mass', 'lower', 0.5), hidden('asymmetric_friction', 'elbow', 0.8)]
-    return {
-        'kind': kind,
-        'seed': 1,
-        'robot': robot,
-        'engine': 'mujoco',
-        'noise': [1e-3, 0.05],
-        'ever_free': False,
-        'constants': {},
-        'effects': list(effects),
-        'small': small,
-        'sensing': {'differenced': differenced, 'sizes': {'stamp_jitter': 0.85}},
-        'pushes': [],
-    }
+    sensing = {'differenced': differenced, 'sizes': {'stamp_jitter': 0.85}}
+    more = {'effects': list(effects), 'small': small, 'sensing': sensing, 'pushes': []}
+    return judging.truth_of(kind, robot=robot) | more
 
 
 def row(name, where, floors=None):
-    return {
-        'name': name,
-        'where': where,
-        'gain_train': 1.0,
-        'gain_held_out': 1.0,
-        'parameters': {},
-        'inclusion_probability': 1.0,
-        'confusable_with': [],
-        'floors': floors,
-    }
-
-
-def judged(truth, verdict, *rows):
-    answer = {'verdict': verdict, 'effects': list(rows), 'errors': {}, 'seconds': 1.0}
-    return judge(truth, answer, load_robot(truth['robot']))
+    return judging.row(name, where) | {'floors': floors}
 
 
 BIG = hidden('viscous_friction', 'elbow')
@@ -289,11 +257,6 @@ def test_without_mujoco_one_line_says_so(monkeypatch, tmp_path):
     assert not any(tmp_path.iterdir())
 
 
-def test_a_pushed_case_is_no_place_for_a_walker(tmp_path):
-    with pytest.raises(UserError, match='fixed base'):
-        main(['--pushed', '1', '--robot', 'leo', '-o', str(tmp_path)])
-
-
 def test_a_slow_sensor_publishes_every_third_state_and_its_differences():
     sensor = Sensor(Sensing((0.0, 0.0), 0.0, differenced=True, every=3), 1)
     states = [JointStates(0, ('a',), np.array([0.01 * k]), np.zeros(1)) for k in range(9)]
@@ -305,16 +268,3 @@ def test_a_slow_sensor_publishes_every_third_state_and_its_differences():
 def test_sensing_counts_its_faults():
     assert Sensing().faults == 0
     assert replace(Sensing(), count=COUNT, jitter=1e-4, lost=0.05).faults == 3
-
-
-def test_a_case_that_ends_with_an_error_ends_no_other(tmp_path, monkeypatch, capsys):
-    def failing(seed, kind, robot):
-        if seed == 1:
-            raise ZeroDivisionError('somewhere')
-        return fake(seed, kind, robot)
-
-    monkeypatch.setattr(run_cases, 'run_case', failing)
-    results = tmp_path / 'results.jsonl'
-    assert [row['seed'] for row in run_cases.run([0, 1, 2], 'small', results)] == [0, 2]
-    assert len(results.read_text().splitlines()) == 2
-    assert 'small 1 has no answer: ZeroDivisionError' in capsys.readouterr().err

@@ -5,6 +5,7 @@ from collections import Counter
 import json
 
 import pytest
+from tests.judging import answered
 
 from leo_lab import origin
 from leo_lab.blind import run_cases, seeds, suite
@@ -22,18 +23,8 @@ FEW = {None: {'none': 3, 'effect': 2}, 'leo': {'none': 1}}
 def fake(seed, kind, robot):
     if (seed, kind) == (60_002, 'effect'):
         raise ZeroDivisionError('somewhere')
-    return {
-        'kind': kind,
-        'seed': seed,
-        'robot': robot or robot_name(seed),
-        'engine': engine_of(seed, bool(robot))[0],
-        'verdict': 'fine',
-        'effects': [],
-        'named': [],
-        'errors': [],
-        'seconds': 2.0,
-        **dict.fromkeys(SHARES[kind], True),
-    }
+    case = {'robot': robot or robot_name(seed), 'engine': engine_of(seed, bool(robot))[0]}
+    return answered(kind, seed, **case, **dict.fromkeys(SHARES[kind], True))
 
 
 @pytest.fixture
@@ -51,19 +42,8 @@ def at_commit(monkeypatch, name):
 
 
 def examine(folder, *words):
-    return main(
-        [
-            '--suite',
-            '--examination',
-            '--first-seed',
-            '60001',
-            '--jobs',
-            '1',
-            '-o',
-            str(folder),
-            *words,
-        ]
-    )
+    suite_words = ['--suite', '--examination', '--first-seed', '60001', '--jobs', '1', '-o']
+    return main([*suite_words, str(folder), *words])
 
 
 def of(share=1.0):

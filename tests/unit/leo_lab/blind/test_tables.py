@@ -5,28 +5,16 @@ import json
 
 from benchmarks import blind_tables
 import pytest
+from tests.judging import answered
 
 from leo_lab.blind import suite
 
 PAGES = [page for page in blind_tables.pages() if blind_tables.MARKED.search(page.read_text())]
 
 
-def line(seed, **more):
-    return {
-        'kind': 'none',
-        'seed': seed,
-        'robot': 'pendulum',
-        'engine': 'rk4',
-        'right': True,
-        'verdict': 'fine',
-        'effects': [],
-        'named': [],
-        'errors': [],
-        'cpu_seconds': 2.0,
-        'commit': 'c1',
-        'machine': 'm',
-        **more,
-    }
+def line(seed, kind='none', **more):
+    known = {'right': True, 'cpu_seconds': 2.0, 'commit': 'c1', 'machine': 'm'}
+    return answered(kind, seed, **known | more)
 
 
 @pytest.fixture

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """All effects at once: what is wrong at every joint is named there, and nothing beside it."""
 
-from pathlib import Path
 import time
 
 import numpy as np
 import pytest
 from tests.searched import searched
+from tests.simulate import DT, record
 
-from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import choose, Price
 from leo_diffmodel.explain.estimate.fit import fit
@@ -23,11 +22,9 @@ from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.model.batch import rollout
 
 ROBOT = load_robot('double_pendulum')
 NOISE = 5e-4, 0.01
-DT = 0.01
 TRUTH = {
     ('viscous_friction', 'shoulder'): {'b': 0.11},
     ('coulomb_friction', 'shoulder'): {'c': 0.35},
@@ -42,15 +39,7 @@ def recorded(*effects, seed=1, seconds=20.0):
     rng, t = np.random.default_rng(seed), DT * np.arange(round(seconds / DT))
     hertz, phase = rng.uniform(0.2, 1.2, (2, 4)), rng.uniform(0, 6.3, (2, 4))
     waves = np.sin(2 * np.pi * hertz * t[:, None, None] + phase).sum(axis=-1)
-    inputs = waves * [2.0, 0.8]
-    model = Model(ROBOT, effects)
-    still = np.zeros((1, 2))
-    q, dq = rollout(model, still, still, inputs[None], np.full((1, len(t)), DT))
-    both = zip((q, dq), NOISE, strict=True)
-    q, dq = (x[0, :-1] + s * rng.standard_normal((len(t), 2)) for x, s in both)
-    episode = Episode(t, q, dq, inputs, np.ones(inputs.shape, bool))
-    joints = tuple(ROBOT.joint_names)
-    return Recording(Path(f'run_{seed}'), '0' * 64, joints, joints, 'torque', DT, (episode,), {})
+    return record(ROBOT, *effects, seed=seed, noise=NOISE, inputs=waves * [2.0, 0.8])
 
 
 def named(found):

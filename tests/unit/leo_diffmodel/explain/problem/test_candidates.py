@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.bearing_drag import BEARING_DRAG
 from tests.flywheel import flywheel
 from tests.simulate import PENDULUM, record, TORQUE
 
@@ -28,33 +29,19 @@ from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, get_effect, place
 from leo_sim.model import Model
 
-EFFECT = """
-from leo_sim.effects.base import Effect, Parameter
-
-
-class BearingDrag(Effect):
-    name = 'bearing_drag'
-    family = 'friction'
-    hook = 'torque'
-    parameters = (Parameter('c', 'N m s3/rad3', low=0.0),)
-
-    def torque(self, p, q, dq, motor, load):
-        return -p['c'] * dq**3
-"""
-
 
 def test_an_entry_point_is_enough(tmp_path, monkeypatch):
     facts = tmp_path / 'bearings-1.dist-info'
     facts.mkdir()
     (facts / 'METADATA').write_text('Metadata-Version: 2.1\nName: bearings\nVersion: 1\n')
     (facts / 'entry_points.txt').write_text('[leo.effects]\nbearing_drag = bearings:BearingDrag\n')
-    (tmp_path / 'bearings.py').write_text(EFFECT)
+    (tmp_path / 'bearings.py').write_text(BEARING_DRAG)
     monkeypatch.syspath_prepend(tmp_path)
 
     robot = load_robot('pendulum')
     tried = candidates(Model(robot), own_effects(Namespace(effect=[])))
     assert ('bearing_drag', 'pivot') in {(c.effect.name, c.where) for c in tried}
-    assert get_effect('bearing_drag').family == 'friction'
+    assert get_effect('bearing_drag').family == 'speed-dependent loss'
     assert place(robot, 'bearing_drag', 'all', c=1e-6).where == ('pivot',)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.places import ROOT
+from tests.bearing_drag import BEARING_DRAG
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.compare.sizes import torque_scale
@@ -19,11 +19,8 @@ from leo_sim.model import Model
 
 
 def written(folder, unit='N m s3/rad3'):
-    """The README's own example effect."""
-    code = (ROOT / 'README.md').read_text().split('```python\n')
-    (text,) = (block.split('```')[0] for block in code if 'class BearingDrag' in block)
     file = folder / 'bearing_drag.py'
-    file.write_text(text.replace('N m s3/rad3', unit))
+    file.write_text(BEARING_DRAG.replace('N m s3/rad3', unit))
     return get_effect(str(file))
 
 

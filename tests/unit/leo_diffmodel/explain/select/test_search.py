@@ -214,18 +214,6 @@ def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_make
         assert found.theta[0] + found.theta[-1] == pytest.approx(2 * low, abs=2e-3)
 
 
-def test_two_effects_are_both_named_with_their_sizes(monkeypatch):
-    among(monkeypatch, Model(TORQUE), *FEW)
-    answer = explain([record(TORQUE, *TWO, seconds=8)], Model(TORQUE))
-    found = {e['name']: e['parameters'] for e in answer.effects}
-    assert answer.verdict == 'named' and set(found) == {'coulomb_friction', 'command_delay'}
-    assert found['coulomb_friction']['c']['value'] == pytest.approx(0.2, rel=0.05)
-    assert found['command_delay']['delay']['value'] == pytest.approx(0.02, rel=0.05)
-    rows = answer.errors['ladder']
-    assert [len(rows), rows[0]['model'], rows[-1]['model']] == [4, 'as given', 'noise floor']
-    assert rows[0]['rmse'][0] > rows[1]['rmse'][0] > rows[2]['rmse'][0]
-
-
 @pytest.mark.parametrize('seed', [*(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4)), 2])
 def test_a_constant_at_its_bound_hides_no_effect(seed, monkeypatch):
     robot = load_robot('servo_pendulum')
@@ -254,21 +242,6 @@ def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):
     assert answer.model.constants[path] == found['value']
     sure = load_model('pendulum').changed(constants={path: 0.045})
     assert names(searched(data, sure)) != set()
-
-
-def test_whole_bags_can_be_held_out():
-    effect = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
-    data = [record(TORQUE, effect, seconds=8, seed=s) for s in (1, 2)]
-    answer = explain(data[:1], Model(TORQUE), hold_out=data[1:])
-    assert answer.verdict == 'named'
-    (row,) = answer.effects
-    assert row['name'] == 'viscous_friction' and row['gain_held_out'] > 20
-    assert row['parameters']['b']['value'] == pytest.approx(0.1, rel=0.05)
-    assert [b['path'] for b in answer.provenance['bags']] == ['simulated_1', 'simulated_2']
-    other = record(TORQUE, effect, seconds=8, seed=7)
-    again = searched(data[:1], Model(TORQUE), hold_out=[other])
-    assert names(again) == {'viscous_friction'}
-    assert again.final.theta == pytest.approx([row['parameters']['b']['value']], rel=1e-3)
 
 
 def late_search(robot, until, monkeypatch):

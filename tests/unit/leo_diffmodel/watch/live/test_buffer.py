@@ -14,7 +14,6 @@ from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
 from leo_diffmodel.watch.live import buffer as module
 from leo_diffmodel.watch.live.buffer import Condition, MessageBuffer, SILENT
 from leo_msgs_py import cdr
-from leo_msgs_py.errors import UserError
 
 JOINTS = tuple(TORQUE.joint_names)
 
@@ -63,12 +62,6 @@ def test_of_two_robots_one_is_kept_and_it_is_said(buffer):
     assert buffer.two and buffer.foreign
     episodes = assembled(buffer.contents(), TORQUE, TopicMap()).episodes
     assert max(e.q.max() for e in episodes) < 3.0
-
-
-def test_states_of_other_joints_are_refused_with_their_names(buffer):
-    buffer.record(STATES, cdr.joint_state(1, ['elbow'], [0.0]), 0, 10**18)
-    with pytest.raises(UserError, match='elbow'):
-        assembled(buffer.contents(), TORQUE, TopicMap())
 
 
 def test_silence_comes_before_all_else_and_then_what_the_robot_says(monkeypatch):
