@@ -21,23 +21,17 @@ LEAST = 2.0  # s in one episode, for a rate of its own to count: less is no reco
 
 @dataclass(frozen=True, eq=False)
 class Episode:
-    """One stretch of a recording without reset, restart or gap; steps may be uneven.
+    """One stretch of a recording without reset, restart or gap; steps may be uneven."""
 
-    Attributes:
-        t: since the first state of the recording [s], shape (T,), increasing.
-        q: joint positions [rad, m], shape (T, J), columns in `Recording.joints` order.
-        dq: joint velocities [rad/s, m/s], shape (T, J).
-        inputs: [V, N m or rad], shape (T, A), columns as `Recording.actuators`; row k acts from
-            t[k] to t[k + 1] (mean of what was held meanwhile), the last row from t[-1] on.
-        enabled: False where the motor was free (torque off, or a passive log), shape (T, A).
-        effort: measured torques [N m], shape (T, J), NaN where not measured; None without any.
-    """
-
-    t: Floats
-    q: Floats
-    dq: Floats
+    t: Floats  # since the first state of the recording [s], shape (T,), increasing
+    q: Floats  # joint positions [rad, m], shape (T, J), columns in `Recording.joints` order
+    dq: Floats  # joint velocities [rad/s, m/s], shape (T, J)
+    # [V, N m or rad], shape (T, A), columns as `Recording.actuators`; row k acts from t[k] to
+    # t[k + 1] (mean of what was held meanwhile), the last row from t[-1] on
     inputs: Floats
+    # False where the motor was free (torque off, or a passive log), shape (T, A)
     enabled: NDArray[np.bool_]
+    # measured torques [N m], shape (T, J), NaN where not measured; None without any
     effort: Floats | None = None
 
     @property
@@ -53,31 +47,20 @@ class Episode:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A bag, read for one robot.
-
-    Attributes:
-        sha256: of the bytes of its .mcap or .db3 files.
-        joints: in the robot's order.
-        actuators: their joints, in actuator order.
-        input: `voltage`, `torque`, `position` or `none` (a passive log).
-        command_period: [s], one control period.
-        episodes: at least one, each of at least two samples.
-        metadata: the `leo` record: robot, start pose, held base, noise, seed; empty for foreign
-            bags.
-        warnings: what a user should know about the data, one line each.
-        rates: `measured`, `absent`, or `made`: logged, but differences of the positions. Where
-            they are not measured, `dq` is differentiated from `q`.
-    """
+    """A bag, read for one robot."""
 
     path: Path
-    sha256: str
-    joints: tuple[str, ...]
-    actuators: tuple[str, ...]
-    input: str
-    command_period: float
-    episodes: tuple[Episode, ...]
+    sha256: str  # of the bytes of its .mcap or .db3 files
+    joints: tuple[str, ...]  # in the robot's order
+    actuators: tuple[str, ...]  # their joints, in actuator order
+    input: str  # `voltage`, `torque`, `position` or `none` (a passive log)
+    command_period: float  # [s], one control period
+    episodes: tuple[Episode, ...]  # at least one, each of at least two samples
+    # the `leo` record: robot, start pose, held base, noise, seed; empty for foreign bags
     metadata: Mapping[str, str]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # what a user should know about the data, one line each
+    # `measured`, `absent`, or `made`: logged, but differences of the positions; where they are not
+    # measured, `dq` is differentiated from `q`
     rates: str = 'measured'
 
     @property

@@ -57,14 +57,10 @@ class Driver(Protocol):
     `read` and `write` raise TransientFault where a packet was lost: nothing is published as
     measured, the node writes 0, and the next period tries again, a few times in a row. Any other
     DriverFault, or an OSError, ends the node with one line and the motors off.
-
-    Attributes:
-        info: known before `connect`.
-        starts: how often the robot began anew by itself or by `reset`; each is an episode.
     """
 
-    info: DriverInfo
-    starts: int
+    info: DriverInfo  # known before `connect`
+    starts: int  # how often the robot began anew by itself or by `reset`; each is an episode
 
     def connect(self) -> None:
         """Open the device, motors on at 0 or free where commands are positions, or UserError."""

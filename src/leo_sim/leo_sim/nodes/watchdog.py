@@ -36,10 +36,6 @@ class Gate:
 
     After `silence` [s] without a write the motors are brought to 0, those that follow goals
     excepted; 0 disables. `clock` gives the time that `safety` goes by [s].
-
-    Attributes:
-        halts: how often the watchdog, or the driver's own process, was needed.
-        failure: why it could not halt the motors when it last tried; '' where it could.
     """
 
     def __init__(
@@ -50,8 +46,8 @@ class Gate:
         self._lock = Lock()
         self._driven = False
         self._written = time.monotonic()
-        self.halts = 0
-        self.failure = ''
+        self.halts = 0  # how often the watchdog, or the driver's own process, was needed
+        self.failure = ''  # why it could not halt the motors when it last tried
 
     def write(self, blind: bool) -> list[Applied]:
         """Send what safety allows now, 0 when blind; returns what was applied since the last."""
