@@ -67,6 +67,7 @@ _NO_ROS = (
 )
 _EXTRAS = {
     'dynamixel_sdk': 'leo_sim[servos]',
+    'google': 'leo_diffmodel[logs]',
     'h5py': 'leo_diffmodel[logs]',
     'mcap_protobuf': 'leo_diffmodel[logs]',
     'scservo_sdk': 'leo_sim[servos]',

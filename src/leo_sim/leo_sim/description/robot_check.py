@@ -126,6 +126,11 @@ def _loops(file: RobotFile) -> Iterator[str]:
             f'actuators: {stiff[0]} has a stiffness, and {moved[0]} a motor or none; give all of '
             'them stiffness and effort, or all of them a motor and position_gain'
         )
+    if stiff and file.driver and file.driver.bus:
+        yield (
+            f'driver: the servos of a bus need a motor and position_gain, and {stiff[0]} has '
+            'a stiffness'
+        )
     for name, actuator in file.actuators.items():
         for key in (*SERVO_UNITS, *TORQUE_LOOP):
             if getattr(actuator, key) is not None and file.input != 'position':

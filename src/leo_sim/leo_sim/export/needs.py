@@ -75,7 +75,8 @@ def needs(placed: Placed, robot: Robot) -> set[str]:
 def friction_at_speed(placed: Placed) -> float | None:
     """The level to which friction comes at speed, N m (N); None where to none."""
     effect = placed.effect
-    if effect.family != 'friction' or effect.uses_load or effect.remembers:
+    dry = effect.dry or effect.family == 'friction'
+    if not dry or effect.uses_load or effect.remembers:
         return None
     levels = np.abs(_tried(placed, fast=1e6)[1])
     return float(levels.flat[0]) if _constant(levels) else None

@@ -21,7 +21,7 @@ from leo_msgs_py.errors import UserError
 
 from .log_format import Column, each_once, LogFormat, number_of, numbered, Table
 
-WIDEST = 1000  # a matrix of more columns than a robot has sensors is something else
+WIDEST = 128  # a matrix of more columns than a robot has sensors is something else
 _EPISODE = re.compile(
     r'(?:.*\.)?(?:demo|episode|ep|run|rollout|trajectory|traj|trial)_?(\d+)\.(.+)'
 )
@@ -85,7 +85,7 @@ def tree(group: Any, names: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
     """Return groups as dicts, and arrays that may be columns; not what does not open."""
     found: dict[str, Any] = {}
     for name in names(group):
-        with suppress(KeyError, ValueError):
+        with suppress(KeyError, TypeError, ValueError):
             node = group[name]
             if not hasattr(node, 'shape'):
                 found[name] = tree(node, names)
@@ -144,7 +144,7 @@ def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
 def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:
     """Return the arrays of a log that are as long as the longest; of a matrix each column.
 
-    Numbers next to them are columns of one value; texts and lists of texts are left out.
+    Numbers next to them are columns of one value; texts, pictures and ragged lists are left out.
     """
     found: Table = {}
     numbers: dict[str, float] = {}
@@ -152,10 +152,9 @@ def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Tab
         if is_number(value):
             numbers[name] = number(value)
         elif _has_numbers(value):
-            try:
-                found |= _split(name, np.asarray(value, dtype=float), log_format.order)
-            except (TypeError, ValueError, OverflowError):
-                raise UserError(f'{log}: {name} is not an array of numbers') from None
+            with suppress(TypeError, ValueError, OverflowError):  # of what is ragged
+                if are_columns(np.shape(value)):
+                    found |= _split(name, np.asarray(value, dtype=float), log_format.order)
     longest = max(map(len, found.values()), default=0)
     found = {name: values for name, values in found.items() if len(values) == longest}
     if log_format.header and len(found) == len(log_format.header):
@@ -176,8 +175,6 @@ def _split(name: str, values: Column, order: Sequence[str]) -> Table:
     matrix = values.squeeze()
     if matrix.ndim < 2:
         return {name: matrix.ravel()}
-    if not are_columns(matrix.shape):
-        return {}
     rows = matrix if matrix.shape[0] < matrix.shape[1] else matrix.T
     return dict(zip(_keys(name, rows, order), rows, strict=True))
 

@@ -22,14 +22,14 @@ def read_zarr(log: Path, log_format: LogFormat) -> list[Table]:
     """Return the tables of a folder or .zip; of UMI's, `meta/episode_ends` parts the rows."""
     import zarr
 
-    with opened(log, 'a zarr group'):
-        root = zipfile.Path(log) if log.is_file() else log
-        store = zarr.storage.ZipStore(log, mode='r') if log.is_file() else log
+    with opened(log, 'a zarr group') as path:
+        root = zipfile.Path(path) if path.is_file() else path
+        store = zarr.storage.ZipStore(path, mode='r') if path.is_file() else path
         content = tree(
             zarr.open_group(store, mode='r'),  # which lists none where one has an unknown code
             lambda group: sorted(part.name for part in root.joinpath(group.path).iterdir()),
         )
-    ends = content.get('meta', {}).pop('episode_ends', [None])
+        ends = content.get('meta', {}).pop('episode_ends', [None])
     parts = [slice(*between) for between in pairwise([0, *ends])]
     whole = tables(log, content, log_format)
     return [{name: c[rows] for name, c in table.items()} for table in whole for rows in parts]

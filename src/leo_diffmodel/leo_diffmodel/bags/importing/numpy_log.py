@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .arrays_log import tables
+from .arrays_log import are_columns, tables
 from .log_format import LogFormat, opened, Reader, Table
 
 
@@ -17,7 +17,7 @@ def read_numpy(log: Path, log_format: LogFormat) -> list[Table]:
             content = {name: array[()] for name, array in content.items()}
         elif content.dtype.names:
             content = {name: content[name] for name in content.dtype.names}
-        else:
+        elif are_columns(content.shape):
             content = content.reshape(len(content), -1).tolist()
     return tables(log, content, log_format)
 

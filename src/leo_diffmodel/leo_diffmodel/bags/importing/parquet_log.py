@@ -30,7 +30,8 @@ def content_of(file: Path, columns: Sequence[str] | None = None) -> dict[str, An
         found = dict(zip(table.column_names, table.columns, strict=True))
         for name, column in found.items():
             if types.is_timestamp(column.type):
-                found[name] = compute.multiply(column.cast('timestamp[ns]').cast('int64'), 1e-9)
+                whole = column.cast('timestamp[ns]').cast('int64')
+                found[name] = compute.multiply(whole.cast('float64', safe=False), 1e-9)
         return {name: column.to_pylist() for name, column in found.items()}
 
 

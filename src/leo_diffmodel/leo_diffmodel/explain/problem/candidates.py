@@ -39,7 +39,8 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
     Joint effects are also tried with one value for all of several joints. What the model holds
     already is left out.
     """
-    taken = {(p.effect.name, place) for p in model.effects for place in p.where}
+    places = ((p, [*p.where, 'all'] if p.everywhere else p.where) for p in model.effects)
+    taken = {(p.effect.name, place) for p, where in places for place in where}
     # what does several effects at once is another thing than these, and found as one, only here
     told = len(model.robot.joint_names) > 1 and not model.robot.contacts
     return tuple(
@@ -58,8 +59,9 @@ def _places(effect: Effect, model: Model) -> list[str]:
         places = [p for p in places if p in driven]
     if effect.undivided:
         return places if len(places) == 1 else ['all']
-    units = {tuple(p.unit for p in effect.parameters_for(model.robot, (at,))) for at in places}
-    alike = len(places) > 1 and len(units) == 1 and effect.hook != 'body'
+    each = [effect.parameters_for(model.robot, (at,)) for at in places]
+    alike = len(places) > 1 and effect.hook != 'body'
+    alike &= len({tuple((p.unit, p.neutral) for p in own) for own in each}) == 1
     return [*places, 'all'] if alike else places
 
 

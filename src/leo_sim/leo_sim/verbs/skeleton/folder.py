@@ -57,12 +57,12 @@ def make_folder(
     be filled in; links `left_out` are taken out, with everything beyond them.
     """
     _check_free(folder)
-    if kind == 'torque' and servos == 'feetech':
-        raise UserError('Feetech servos do not take torques; give --input voltage or position')
     description = read_description(source)
     if left_out:
         description = without(description, left_out, str(source))
-    kind = kind or ('position' if description.loops else 'torque')
+    kind = kind or ('position' if description.loops and not servos else 'torque')
+    if kind == 'torque' and servos == 'feetech':
+        raise UserError('Feetech servos do not take torques; give --input voltage or position')
     links, joints = urdf.parse(description.text, str(source))
     if not any(joint.independent for joint in joints):
         raise UserError(f'{source}: no joint moves; a robot has at least one that does')

@@ -175,3 +175,12 @@ def test_a_wheel_whose_mass_is_on_its_axis_has_a_size(tmp_path, motor, gravity):
 )
 def test_a_payload_is_offered_where_it_is_another_thing_than_its_parts(robot, offered):
     assert offered == any(c.effect.name == 'payload' for c in candidates(Model(robot)))
+
+
+def test_what_a_model_has_everywhere_is_not_offered_again():
+    robot = load_robot('double_pendulum')
+    held = [place(robot, name, 'all') for name in ('gravity', 'viscous_friction')]
+    offered = {(c.effect.name, c.where) for c in candidates(Model(robot, held))}
+    everywhere = {name for name, where in offered if where == 'all'}
+    assert 'coulomb_friction' in everywhere
+    assert not everywhere & {'gravity', 'viscous_friction'}
