@@ -327,7 +327,7 @@ ON_GROUND = 'leo stands on a ground'
     ('robot', 'path', 'given', 'said'),
     [
         ('torque_pendulum', BOB, {'per_recording': True}, 'uncertain: [low, high]'),
-        ('torque_pendulum', 'links.bop.mass', ITS_OWN, "no 'links.bop.mass'"),
+        ('torque_pendulum', 'links.bop.mass', ITS_OWN, "no constant 'links.bop.mass'"),
         ('torque_pendulum', BOB, FAR, 'outside its uncertain range'),
         ('torque_pendulum', BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
         ('torque_pendulum', BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),

@@ -125,12 +125,8 @@ def episodes(content: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     for name, value in flat(content):
         if match := _EPISODE.fullmatch(name):
             found[int(match[1])][match[2]] = value
-    return [_beside(content) | found[k] for k in sorted(found)] or [content]
-
-
-def _beside(content: Any) -> dict[str, float]:
-    every = flat(content) if isinstance(content, dict) else ()
-    return {name: number(value) for name, value in every if is_number(value)}
+    beside = {name: value for name, value in flat(content) if is_number(value)}
+    return [beside | found[k] for k in sorted(found)] or [content]
 
 
 def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
@@ -138,7 +134,17 @@ def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
     if isinstance(rows, dict):
         return columns(log, rows, log_format)
     table = from_rows(log, rows, place, log_format)
-    return filled(_beside(content), len(rows)) | table
+    return filled(_on_the_way(content, place), len(rows)) | table
+
+
+def _on_the_way(content: Any, place: str) -> dict[str, float]:
+    """Return the numbers that a log has at each level on the way to its records."""
+    found: dict[str, float] = {}
+    for step in steps(place):
+        if isinstance(content, dict):
+            found |= {name: number(value) for name, value in content.items() if is_number(value)}
+        content = into(content, step)
+    return found
 
 
 def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:
