@@ -146,10 +146,7 @@ def _of_motors(model: Model, format_name: str) -> Iterator[str]:
                 'joints take torques'
             )
     if format_name == 'SDF' and model.laws.servos and any(model.laws.servos.loop.rate_gain):
-        yield (
-            "the servos' own damping: in Gazebo it takes the goal's rate "
-            'off, too'
-        )
+        yield "the servos' own damping: in Gazebo it takes the goal's rate off, too"
     if robot.has_motor_law and (format_name, robot.input) in BACK_EMF_AS_DAMPING:
         yield (
             'freed motors: the back-EMF of a motor is damping of its joint here and stays when '

@@ -195,7 +195,10 @@ STEADY = {
 
 
 def test_these_laws_are_asked_once_per_step():
-    assert {name for name, effect in EFFECTS.items() if effect.steady} == set(STEADY)
+    steady = {
+        n for n, effect in EFFECTS.items() if effect.steady and effect.applies(ROBOTS['leo'])
+    }
+    assert steady == set(STEADY)
 
 
 @pytest.mark.parametrize('name', STEADY)
