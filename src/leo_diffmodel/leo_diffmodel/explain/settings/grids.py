@@ -50,7 +50,7 @@ class Grids:
     saturations: tuple[float, ...] = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
     """Limits of the input, of its largest value in the data."""
     goal_rates: tuple[float, ...] = (0.7, 1.2, 2.0, 4.0, 8.0, 16.0, 32.0)
-    """Limits of a goal's rate, of the rms rate in the data."""
+    """Limits of a goal's rate, of the rms rate there; set on seeds 2, 6 of servo_loops.py."""
     dead_bands: tuple[float, ...] = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
     """Dead bands, of the largest input in the data."""
     linear_stretch: tuple[float, float] = (0.01, 20.0)
