@@ -48,9 +48,10 @@ def choose(
     """
     held = pruned(matrices, list(matrices.members), price, kept)
     least = 0.0
-    while (found := _best(matrices, held, price, least, numerics.bounded_looks)) and len(
-        held
-    ) < numerics.most_terms:
+    looked = numerics.bounded_looks
+    while len(held) < numerics.most_terms and (
+        found := _best(matrices, held, price, least, looked, kept)
+    ):
         worth, more = found[0]
         held = pruned(matrices, _joined(held, more), price, kept)
         least = max(least, numerics.wait * worth)
@@ -62,7 +63,7 @@ def first_steps(
 ) -> list[list[Term]]:
     """Sets with one thing more than a fit that is far off, those that save most first."""
     held = pruned(matrices, list(matrices.members), price, kept)
-    found = _best(matrices, held, price, 0.0, numerics.bounded_looks)
+    found = _best(matrices, held, price, 0.0, numerics.bounded_looks, kept)
     steps = (pruned(matrices, _joined(held, more), price, kept) for _, more in found)
     one_each = {frozenset(t.candidate for t in terms): terms for terms in steps}
     return [*one_each.values()][: numerics.patience] or [held]
@@ -73,21 +74,38 @@ def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:
 
 
 def _best(
-    matrices: Matrices, held: Sequence[Term], price: Price, least: float, looked: int
+    matrices: Matrices,
+    held: list[Term],
+    price: Price,
+    least: float,
+    looked: int,
+    usual: Kept,
 ) -> list[tuple[float, list[Term]]]:
     """What saves most when added, with how much; none that is not worth its price."""
     groups = [*_groups(matrices, held)]
     if not groups:
         return []
     gains = np.array(matrices.gains(held, groups)) - [price.of(g) for g in groups]
-    now = _cost(matrices, held, price)
+    now = _needed(matrices, held, price, usual)
     looks = [int(i) for i in np.argsort(-gains)[:looked] if gains[i] > least]
-    worth = [(now - _cost(matrices, _joined(held, groups[i]), price), groups[i]) for i in looks]
-    return sorted((w for w in worth if w[0] > max(least, 0.0)), key=itemgetter(0), reverse=True)
+    sets = [_joined(held, groups[i]) for i in looks]
+    worth = [now - _needed(matrices, terms, price, usual) for terms in sets]
+    found = [(w, groups[i]) for w, i in zip(worth, looks, strict=True) if w > max(least, 0.0)]
+    return sorted(found, key=itemgetter(0), reverse=True)
+
+
+def _needed(matrices: Matrices, terms: list[Term], price: Price, usual: Kept) -> float:
+    """What a set costs; without the usual losses where it makes most of them needless.
+
+    One cause, as a weak supply, may do at all joints what losses at each of them do.
+    """
+    least = pruned(matrices, terms, price, lambda c: not usual(c))
+    before, after = (sum(usual(t.candidate) for t in some) for some in (terms, least))
+    return _cost(matrices, least if 2 * after < before else terms, price)
 
 
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
-    """Sets near a fit that cost least: with one effect more, or one in the place of another.
+    """Sets near a fit that cost least: with one effect more, or one or two in the place of another.
 
     Of few effects (`many`) also with one in the place of two; of none or one, pairs. What costs
     `near` nats more than the fit is no rival, nor is what is more and not worth its price; a share
@@ -98,19 +116,32 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
     outs = [out for n in range(1, 2 + few) for out in itertools.combinations(held, n)]
     alone = _with_one(matrices, held, price)
     found = [f for f in alone if f[0] < now]
+    most = now + near if held else now
+    pairs = _pairs(matrices, alone, most, price, numerics) if not held else []
     for rest in ([t for t in held if t not in out] for out in outs):
         others = _with_one(matrices, rest, price)
         bent = settings.gates.share * (_cost(matrices, rest, price) - now)
         found += [f for f in others if f[0] < now + max(near, bent)]
-        alone += others
-    if len(held) < 2:
-        leaders = sorted((f for f in alone if len(f[1]) == 1), key=itemgetter(0))
-        most = now + near if held else now
-        for _, one in leaders[: numerics.leaders]:
-            for cost, pair in _with_one(matrices, one, price):
-                if cost < most and matrices.alike(pair[:-1], pair[-1]) < numerics.parallel:
-                    found.append((cost, pair))
-    return _least([f for f in found if _is_other(held, f[1])], numerics)
+        if len(rest) == len(held) - 1:
+            pairs += _pairs(matrices, others, most, price, numerics)
+    return _least([f for f in (*found, *pairs) if _is_other(held, f[1])], numerics)
+
+
+def _pairs(
+    matrices: Matrices,
+    alone: list[tuple[float, list[Term]]],
+    most: float,
+    price: Price,
+    numerics: Numerics,
+) -> list[tuple[float, list[Term]]]:
+    """What the best sets with one effect become with another one, that does another thing."""
+    leaders = sorted(alone, key=itemgetter(0))[: numerics.leaders]
+    return [
+        (cost, pair)
+        for _, one in leaders
+        for cost, pair in _with_one(matrices, one, price)
+        if cost < most and matrices.alike(pair[:-1], pair[-1]) < numerics.parallel
+    ]
 
 
 def _is_other(held: list[Term], terms: list[Term]) -> bool:

@@ -89,6 +89,17 @@ class Fit:
         index = self.hypothesis.candidates.index(candidate)
         return self.theta[self.hypothesis.offset(index) : self.hypothesis.offset(index + 1)]
 
+    @property
+    def saved(self) -> list[float]:
+        """What each effect saves by its values and their covariance alone [nats]."""
+        full, off, nats = self.hypothesis, self.theta - self.hypothesis.neutral, list[float]()
+        for i, candidate in enumerate(full.candidates):
+            own = full.offset(i) + np.flatnonzero([p.scales for p in candidate.parameters])
+            inverse = np.linalg.pinv(self.covariance[np.ix_(own, own)])
+            held = (off[own] != 0) & (self.standard_errors[own] == 0)
+            nats.append(np.inf if held.any() else 0.5 * float(off[own] @ inverse @ off[own]))
+        return nats
+
     def with_values(self, values: Array) -> Array:
         """Its parameters with `values` of further effects behind its own effects', (P + p,)."""
         split = self.hypothesis.first_constant

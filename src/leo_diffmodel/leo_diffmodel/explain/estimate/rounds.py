@@ -8,6 +8,7 @@ is missing, so that a choice by linear algebra holds there; a joint fit in longe
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 import time
 
 import numpy as np
@@ -17,11 +18,11 @@ from leo_diffmodel.explain.estimate import choice
 from leo_diffmodel.explain.estimate.choice import Kept, Price, price_of, pruned
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, FIT, most_floors
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
+from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.terms import Term
 from leo_diffmodel.explain.problem import likelihood
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, EVERYWHERE, Hypothesis
 from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_msgs_py.console import Reporter
@@ -94,9 +95,9 @@ class Rounds:
         if problem.late() or {t.candidate for t in sets[0]} == {*fitted.hypothesis.candidates}:
             return fitted, True
         fits = [self._fitted(problem, *made.hypothesis(s), fitted.start) for s in sets]
-        best = min(fits, key=lambda f: f.lost(problem.train))
-        none = best.lost(problem.train) >= fitted.lost(problem.train)
-        return (fitted, True) if none else (best, False)
+        cost = partial(_cost, problem, price)
+        best = min(fits, key=cost)
+        return (fitted, True) if cost(best) >= cost(fitted) else (best, False)
 
     def matrices(
         self, problem: Problem, fitted: Fit, pool: Sequence[Candidate] | None = None
@@ -169,4 +170,12 @@ class Rounds:
 
 
 def _ordinary(candidate: Candidate) -> bool:
-    return candidate.effect.name in ORDINARY
+    return candidate.effect.name in ORDINARY and candidate.where != EVERYWHERE
+
+
+def _cost(problem: Problem, price: Price, fitted: Fit) -> float:
+    """Loss of a fit and the price of its effects [nats]; of one, at most what it saves."""
+    spread, cost = dispersion(fitted), fitted.lost(problem.train)
+    for candidate, saved in zip(fitted.hypothesis.candidates, fitted.saved, strict=True):
+        cost += min(price.effect + price.parameter * len(candidate.parameters), spread * saved)
+    return cost

@@ -51,7 +51,7 @@ class Smooth(Estimator):
         near: Fit | None = None,
         hear: Callable[[Estimate], None] = lambda _: None,
     ) -> Estimate:
-        able, numerics = of_joints(pool), first.problem.numerics
+        able, numerics = self._able(pool), first.problem.numerics
         progress.expect(steps_ahead(numerics, len(able), rounds=3))
         return Rounds(self, first, able, progress).of(recordings, near, hear)
 
@@ -104,9 +104,15 @@ class Smooth(Estimator):
         made, spread = self._matrices(at, pool, progress), dispersion(at.fit)
         return background(made, at.fit.hypothesis.candidates, spread).widened(final)
 
+    def _able(self, pool: Sequence[Candidate]) -> Sequence[Candidate]:
+        """Of few joints, effects at all of them are found as their mean, later."""
+        problem = self.posed.problem
+        several = len(problem.base.robot.actuators) >= problem.gates.several
+        return pool if several else of_joints(pool)
+
     def _matrices(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Matrices:
         if self._made is None or self._made[0] is not at.fit:
-            made = matrices(at.problem, at.fit, self.scales, of_joints(pool), progress)
+            made = matrices(at.problem, at.fit, self.scales, self._able(pool), progress)
             self._made = at.fit, made
         return self._made[1]
 

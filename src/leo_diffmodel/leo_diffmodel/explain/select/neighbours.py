@@ -122,14 +122,22 @@ def _matters(sets: Sets, part: Scored, whole: Scored) -> bool:
 
 
 def _best(sets: Sets) -> Scored:
-    """The set that is chosen, once the best ones are judged."""
+    """The set that is chosen, once the best ones are judged.
+
+    Losses that most joints need no more beside what is found now are usual no more.
+    """
     width = sets.settings.numerics.width
     while not sets.late and (
         new := [s for s in sets.ordered()[:width] if id(s.fit) not in sets.judged]
     ):
         sets.judged[id(new[0].fit)] = new[0].fit
         judged(sets, new[0].at)
-    return chosen([*sets.known.values()], sets.weight, sets.threshold)
+    best = chosen([*sets.known.values()], sets.weight, sets.threshold)
+    usual = sets.usual and sets.usual & _usual(sets, best.at)
+    if sets.late or usual == sets.usual:
+        return best
+    sets.usual, sets.judged = usual, {}
+    return _best(sets)
 
 
 def _shared(sets: Sets, best: Scored) -> Scored:
