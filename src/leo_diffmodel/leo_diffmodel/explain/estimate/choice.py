@@ -74,12 +74,7 @@ def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:
 
 
 def _best(
-    matrices: Matrices,
-    held: list[Term],
-    price: Price,
-    least: float,
-    looked: int,
-    usual: Kept,
+    matrices: Matrices, held: list[Term], price: Price, least: float, looked: int, usual: Kept
 ) -> list[tuple[float, list[Term]]]:
     """What saves most when added, with how much; none that is not worth its price."""
     groups = [*_groups(matrices, held)]
@@ -105,7 +100,7 @@ def _needed(matrices: Matrices, terms: list[Term], price: Price, usual: Kept) ->
 
 
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
-    """Sets near a fit that cost least: with one effect more, or one or two in the place of another.
+    """Sets near a fit that cost least: one effect more, or one or two in the place of another.
 
     Of few effects (`many`) also with one in the place of two; of none or one, pairs. What costs
     `near` nats more than the fit is no rival, nor is what is more and not worth its price; a share

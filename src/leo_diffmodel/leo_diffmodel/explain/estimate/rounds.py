@@ -33,7 +33,7 @@ ORDINARY = ('viscous_friction', 'coulomb_friction')  # losses that every joint h
 
 
 class Rounds:
-    """Choice and joint fit in turn; none of the pool acts at all joints at once."""
+    """Choice and joint fit in turn."""
 
     def __init__(
         self, estimator: Estimator, first: Estimate, pool: Sequence[Candidate], progress: Reporter

@@ -25,7 +25,7 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
-from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, EVERYWHERE, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_msgs_py.console import listed, Reporter
 
@@ -51,9 +51,8 @@ class Smooth(Estimator):
         near: Fit | None = None,
         hear: Callable[[Estimate], None] = lambda _: None,
     ) -> Estimate:
-        able, numerics = self._able(pool), first.problem.numerics
-        progress.expect(steps_ahead(numerics, len(able), rounds=3))
-        return Rounds(self, first, able, progress).of(recordings, near, hear)
+        progress.expect(steps_ahead(first.problem.numerics, len(pool), rounds=3))
+        return Rounds(self, first, pool, progress).of(recordings, near, hear)
 
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
@@ -104,26 +103,14 @@ class Smooth(Estimator):
         made, spread = self._matrices(at, pool, progress), dispersion(at.fit)
         return background(made, at.fit.hypothesis.candidates, spread).widened(final)
 
-    def _able(self, pool: Sequence[Candidate]) -> Sequence[Candidate]:
-        """Of few joints, effects at all of them are found as their mean, later."""
-        problem = self.posed.problem
-        several = len(problem.base.robot.actuators) >= problem.gates.several
-        return pool if several else of_joints(pool)
-
     def _matrices(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Matrices:
         if self._made is None or self._made[0] is not at.fit:
-            made = matrices(at.problem, at.fit, self.scales, self._able(pool), progress)
+            made = matrices(at.problem, at.fit, self.scales, pool, progress)
             self._made = at.fit, made
         return self._made[1]
 
     def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
         return Estimate(at.posed, finished(at.problem, at.fit, starts, progress))
-
-
-def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
-    """Those of a pool that act at one place, and what acts at all places only."""
-    own = {c.effect.name for c in pool if c.where != EVERYWHERE}
-    return [c for c in pool if c.where != EVERYWHERE or c.effect.name not in own]
 
 
 def _fitted_all(

@@ -14,7 +14,7 @@ from leo_diffmodel.explain.estimate.choice import first_steps, Price, rivals
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.matrices import matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
-from leo_diffmodel.explain.estimate.smooth import of_joints, Smooth
+from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
@@ -135,14 +135,6 @@ def test_at_several_joints_effects_save_more_than_a_trifle_and_friction_is_plain
     assert (laws == {'viscous_friction', 'coulomb_friction'}) == several
     others = [c for c in POOL if c.effect.family != 'friction']
     assert [c for c in tried._plain if c.effect.family != 'friction'] == others
-
-
-def test_one_value_for_all_joints_is_no_candidate_of_its_own():
-    pool = candidates(Model('double_pendulum'))
-    assert {c.effect.name for c in of_joints(pool)} == {c.effect.name for c in pool}
-    shared = {c.effect.name for c in of_joints(pool) if c.where == 'all'}
-    assert all(c.effect.undivided for c in pool if c.effect.name in shared)
-    assert np.sum([c.where == 'all' for c in pool]) > len(shared)
 
 
 class Lost(NamedTuple):
