@@ -131,7 +131,10 @@ class Backlash(Effect):
 
 
 class SupplySag(Effect):
-    """The supply of all motors has a resistance R: what one draws is missing at the others too."""
+    """The supply of all motors has a resistance R: what one draws is missing at the others too.
+
+    A bridge of duty u / V draws duty x I, or gives it back. Never tried on walkers, nor theirs.
+    """
 
     name = 'supply_sag'
     family = 'motor'
@@ -147,12 +150,12 @@ class SupplySag(Effect):
         return drive._replace(source=drive.source + p['R'])
 
     def places(self, robot: Robot) -> tuple[str, ...]:
-        return super().places(robot) if robot.has_motor_law else ()
+        return () if robot.contacts or not robot.has_motor_law else super().places(robot)
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """At most the resistance of a motor, which then gets half of the supply."""
-        most = max((a.resistance or 0.0 for a in robot.actuators), default=0.0)
-        return tuple(replace(p, high=most) for p in self.parameters)
+        most = max(a.resistance or 0.0 for a in robot.actuators)
+        return (replace(self.parameters[0], high=most),)
 
 
 class Armature(Effect):

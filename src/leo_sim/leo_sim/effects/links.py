@@ -109,10 +109,7 @@ class Payload(_InSpace):
 
 
 class ExternalForce(_InSpace):
-    """A constant force (x, y, z) in world axes at the link's centre of mass.
-
-    y only where a hinge turns the link about another axis.
-    """
+    """A constant force (x, y, z) in world axes at the link's centre of mass."""
 
     name = 'external_force'
     family = 'load'
