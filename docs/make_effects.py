@@ -15,7 +15,7 @@ import numpy as np
 from leo_sim.description.urdf import Body
 from leo_sim.effects import Effect, EFFECTS, Parameter
 from leo_sim.effects.base import Drive, Ground, Loop
-from leo_sim.effects.motor import Motor
+from leo_sim.effects.motor import Motor, sagging
 
 DOCS = Path(__file__).parent
 SHOWN: dict[str, dict[str, float]] = {
@@ -52,6 +52,7 @@ SHOWN: dict[str, dict[str, float]] = {
     'warming_friction': {'c': 0.3, 'c_start': 0.8, 'T': 0.15},
     'torque_fade': {'s': 0.5, 'T': 0.2},
     'smooth_friction': {'c': 0.5, 'v_0': 0.2},
+    'supply_sag': {'R': 0.6},
     'ground_friction': {'mu': 0.5},
     'ground_compliance': {'k': 0.5, 'd': 0.0},
     'ground_slope': {'angle': 0.3},
@@ -172,6 +173,13 @@ def play(effect: Effect, p: dict[str, float]) -> Curve:
     return 'motor less link angle', 'torque', SIGNED, SIGNED, carried
 
 
+def sag(effect: Effect, p: dict[str, float]) -> Curve:
+    """What reaches a motor of 1 ohm at rest, alone behind a supply of 1 V."""
+    motors, source = (1.0, 1.0, 1.0, None), effect.drive(p, Drive(0.0, 0.0)).source
+    left = sagging(SIGNED[:, None], np.zeros((1, 1)), motors, source)[:, 0]
+    return 'command', 'at the motor', SIGNED, SIGNED, left * SIGNED
+
+
 def grip(effect: Effect, p: dict[str, float]) -> Curve:
     """Largest force along the ground over the force onto it."""
     load = np.linspace(0, 1, 11)
@@ -208,6 +216,7 @@ CURVES: dict[str, Callable[[Effect, dict[str, float]], Curve]] = {
     'link_inertia': acceleration,
     'armature': acceleration,
     'backlash': play,
+    'supply_sag': sag,
     'servo_stiffness': duty,
     'servo_damping': duty,
     'ground_friction': grip,

@@ -57,7 +57,7 @@ class Along:
 
 def possible(laws: Laws, q: Array, inputs: Array) -> bool:
     """Whether these laws can be run for whole windows at once, of one scan at most."""
-    plain = not laws.recalls and laws.ground is None
+    plain = not laws.recalls and laws.ground is None and laws.source is None
     few = len(laws.bent) <= MOST_BENT and q.ndim < 4 and inputs.ndim < 5
     laws_of = (None if use.effect.motor_side else use.effect.law for use in laws.bent)
     return plain and few and all(compiled_law(a, LAW) for a in laws_of) and loops_possible(laws)

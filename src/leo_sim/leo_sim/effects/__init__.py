@@ -69,6 +69,7 @@ EFFECTS: dict[str, Effect] = {
         servos.ServoStiffness(),
         servos.ServoDamping(),
         servos.GoalRate(),
+        joints.SupplySag(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""

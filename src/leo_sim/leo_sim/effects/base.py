@@ -20,10 +20,11 @@ HOOKS = ('command', 'torque', 'drive', 'servo', 'body', 'ground', 'sensor')
 
 
 class Drive(NamedTuple):
-    """The motor side of a joint: inertia at the joint kg m2, dead zone rad (whole width)."""
+    """The motor side of a joint."""
 
-    rotor_inertia: Any
-    gap: Any
+    rotor_inertia: Any  # at the joint, kg m2
+    gap: Any  # dead zone, whole width, rad
+    source: Any = 0.0  # resistance of the supply that all motors share, ohm
 
 
 class Loop(NamedTuple):

@@ -34,10 +34,7 @@ class CommandDelay(_Command):
     parameters = (Parameter('delay', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'u_motor(t) = u(t - delay)'
     looks_like = 'Every answer to a change of the command comes late by the same time.'
-    confused_with = (
-        'measurement_delay (the same where only states and commands are seen); '
-        'actuator_lag, armature.'
-    )
+    confused_with = 'measurement_delay (the same but for free motors); actuator_lag, armature.'
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'
     dynamic = True
     rank = 10
@@ -81,10 +78,7 @@ class VoltageScale(_Command):
     parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'u_motor = k u'
     looks_like = 'Commands are stronger or weaker than sent; braking at 0 V is right.'
-    confused_with = (
-        'torque_scale (the same on a torque-driven joint, or where the torque '
-        'constant is refitted).'
-    )
+    confused_with = 'torque_scale (the same where torques are commanded or the constant refitted).'
     reveal = 'Runs at 0 V besides driven ones.'
     rank = 20
 
@@ -100,9 +94,7 @@ class VoltageDeadband(_Command):
     parameters = (Parameter('v', 'V', low=0.0, role='threshold'),)
     equation = 'u_motor = sign(u) max(|u| - v, 0)'
     looks_like = 'Small commands have no effect; large ones are weaker by a constant.'
-    confused_with = (
-        'coulomb_friction where the joint hardly moves; voltage_scale at one amplitude.'
-    )
+    confused_with = 'coulomb_friction of what hardly moves; voltage_scale at one amplitude.'
     reveal = 'Small and large commands, also while the joint coasts.'
     rank = 30
 
@@ -121,10 +113,7 @@ class VoltagePush(_Command):
     parameters = (Parameter('v', 'V', low=0.0, role='amplitude'),)
     equation = 'u_motor = u + v sign(u)'
     looks_like = 'Small commands do more than they should; large ones are stronger by a constant.'
-    confused_with = (
-        'voltage_scale at one amplitude; less dry friction than the model has, where '
-        'commands go with the motion.'
-    )
+    confused_with = 'voltage_scale at one amplitude; too much dry friction in the model.'
     reveal = 'Small and large commands, also against the motion.'
     rank = 35
 

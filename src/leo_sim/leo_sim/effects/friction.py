@@ -27,9 +27,7 @@ class ViscousFriction(_Friction):
     name = 'viscous_friction'
     parameters = (Parameter('b', 'N m s/rad', low=0.0, role='amplitude'),)
     equation = 'tau = -b w'
-    looks_like = (
-        'Motion dies out faster than the model says, in proportion to speed; nothing at rest.'
-    )
+    looks_like = 'Motion dies out too fast, in proportion to speed; nothing at rest.'
     confused_with = 'back_emf_scale on a voltage-driven joint that is never free: the same torque.'
     reveal = 'Let it swing with the motors free: back-EMF is gone then, viscous friction is not.'
     steady = True
@@ -59,17 +57,9 @@ class CoulombFriction(_Friction):
     name = 'coulomb_friction'
     parameters = (Parameter('c', 'N m', low=0.0, role='amplitude', linear=False),)
     equation = 'tau = -c sign(w); holds still while the other torques stay below c'
-    looks_like = (
-        'Amplitudes shrink by the same amount each swing; small torques do not start a motion.'
-    )
-    confused_with = (
-        'voltage_deadband where the joint hardly moves; viscous_friction over a '
-        'narrow range of speed.'
-    )
-    reveal = (
-        'Slow triangles and free swings that come to rest: the missing torque is a step at'
-        ' zero speed.'
-    )
+    looks_like = 'Swings shrink by the same amount each; small torques start no motion.'
+    confused_with = 'voltage_deadband of what hardly moves; viscous_friction at one speed.'
+    reveal = 'Slow triangles and free swings to rest: a step of the torque at zero speed.'
     dry = True
     steady = True
 
@@ -88,9 +78,7 @@ class StribeckFriction(_Friction):
     )
     equation = 'tau = -(c + (c_static - c) exp(-(w / v_s)^2)) sign(w)'
     looks_like = 'Sticks, breaks loose with a jerk, then slides with less friction.'
-    confused_with = (
-        'coulomb_friction when no motion is slower than v_s; voltage_deadband near rest.'
-    )
+    confused_with = 'coulomb_friction if nothing is slower than v_s; voltage_deadband near rest.'
     reveal = 'Very slow reversals, so that many samples lie below and around v_s.'
     dry = True
 
@@ -126,14 +114,8 @@ class LoadDependentFriction(_DryUnderLoad):
     name = 'load_dependent_friction'
     parameters = (Parameter('mu', '', low=0.0, role='amplitude', linear=False),)
     equation = 'tau = -mu |tau_motor - tau_load| sign(w)'
-    looks_like = (
-        'Dry friction that grows with the torque through the gear: strong under load, '
-        'weak when idle.'
-    )
-    confused_with = (
-        'coulomb_friction when the load hardly changes; torque_scale while driving '
-        'in one direction.'
-    )
+    looks_like = 'Dry friction that is strong under load, weak when the gear idles.'
+    confused_with = 'coulomb_friction at one load; torque_scale while driving in one direction.'
     reveal = 'The same motion with and without payload, and driving with and against gravity.'
 
     @staticmethod
@@ -152,10 +134,7 @@ class StribeckLoadFriction(_DryUnderLoad):
     )
     equation = 'tau = -(mu + (mu_static - mu) exp(-(w / v_s)^2)) |tau_motor - tau_load| sign(w)'
     looks_like = 'Under load it sticks and breaks loose with a jerk; without load it does not.'
-    confused_with = (
-        'load_dependent_friction, which it holds, when no motion is slower than v_s; '
-        'stribeck_friction when the load hardly changes.'
-    )
+    confused_with = 'load_dependent_friction, which it holds; stribeck_friction at one load.'
     reveal = 'Very slow reversals with and without payload.'
 
     @staticmethod
@@ -195,15 +174,9 @@ class DirectionalLoadFriction(_DryUnderLoad):
         Parameter('mu', '', low=0.0, role='amplitude', linear=False),
         Parameter('mu_back', '', low=0.0, role='amplitude', linear=False),
     )
-    equation = (
-        'tau = -mu |tau_motor - tau_load| sign(w) where the motor drives (tau_motor w > 0)'
-        ', mu_back in place of mu where the load drives'
-    )
+    equation = 'tau = -m |tau_motor - tau_load| sign(w); m: mu if tau_motor w > 0, else mu_back'
     looks_like = 'Lifting costs another share of the torque than lowering the same weight.'
-    confused_with = (
-        'load_dependent_friction, which it holds, where the motor always drives; '
-        'torque_scale where it always lifts.'
-    )
+    confused_with = 'load_dependent_friction, which it holds, or torque_scale, if it always lifts.'
     reveal = 'Lift and lower the same weight, at the same speeds.'
 
     @staticmethod

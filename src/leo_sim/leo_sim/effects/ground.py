@@ -35,9 +35,7 @@ class GroundCompliance(_OfGround):
         Parameter('d', 'N s/m', low=0.0, role='shape', constant='ground.damping'),
     )
     equation = 'f_normal = k depth + d d(depth)/dt, never pulling'
-    looks_like = (
-        'Feet sink deeper or bounce: base height in stance, and rates after each footfall, differ.'
-    )
+    looks_like = 'Feet sink deeper or bounce: other base heights, and rates after footfalls.'
     confused_with = 'link_mass, which also lowers the stance height; ground_slope over one spot.'
     reveal = 'Footfalls of different speed, and standing still on one and on two feet.'
 

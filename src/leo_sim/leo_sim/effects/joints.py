@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects at a joint beside friction: of its motor, its gear, and constant torques and springs."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,14 +21,8 @@ class TorqueScale(Effect):
     parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'tau = (k - 1) tau_motor, back-EMF included'
     looks_like = 'Everything the motor does, pushing and braking, is stronger or weaker.'
-    confused_with = (
-        'voltage_scale (the same on a torque-driven joint, or where the torque '
-        'constant is refitted).'
-    )
-    reveal = (
-        'Runs with the motors shorted (0 V): braking changes with torque_scale, not with '
-        'voltage_scale.'
-    )
+    confused_with = 'voltage_scale (the same if torques are commanded or the constant refitted).'
+    reveal = 'Runs at 0 V: braking changes with torque_scale, not with voltage_scale.'
     motor_side = True
     steady = True
     rank = 20
@@ -45,9 +40,7 @@ class BackEmfScale(Effect):
     parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'tau = (k - 1) tau_emf'
     looks_like = 'Damping while the motors are on differs; the stall torque is right.'
-    confused_with = (
-        'viscous_friction on a voltage-driven joint that is never free: the same torque.'
-    )
+    confused_with = 'viscous_friction of a motor on a voltage that is never free: the same.'
     reveal = 'Let it swing with the motors free: only friction is left then.'
     motor_side = True
     steady = True
@@ -109,9 +102,7 @@ class JointSpring(Effect):
         Parameter('rest', 'rad', times='k', role='position'),
     )
     equation = 'tau = -k (q - rest)'
-    looks_like = (
-        'A pull towards one angle that grows with the distance from it: cables, hoses, springs.'
-    )
+    looks_like = 'A pull towards one angle that grows with the distance from it: cables, hoses.'
     confused_with = 'link_mass and external_force in small swings about the hanging pose.'
     reveal = 'Large angles, several turns if the robot can.'
 
@@ -128,10 +119,7 @@ class Backlash(Effect):
     hook = 'drive'
     parameters = (Parameter('gap', 'rad', low=0.0, role='threshold'),)
     equation = 'the motor turns the link only where |q_motor - q| = gap / 2'
-    looks_like = (
-        'For an instant after each reversal of torque the link moves without its '
-        'motor, then a jolt.'
-    )
+    looks_like = 'After each reversal of torque the link moves without its motor, then a jolt.'
     confused_with = 'voltage_deadband and coulomb_friction near reversals; command_delay.'
     reveal = 'Frequent reversals of small torques about the hanging pose.'
 
@@ -140,6 +128,34 @@ class Backlash(Effect):
 
     def places(self, robot: Robot) -> tuple[str, ...]:
         return tuple(a.joint for a in robot.actuators if a.rotor_inertia > 0)
+
+
+class SupplySag(Effect):
+    """The supply of all motors has a resistance R: what one draws is missing at the others too.
+
+    A bridge of duty u / V draws duty x I, or gives it back. Never tried on walkers, nor theirs.
+    """
+
+    name = 'supply_sag'
+    family = 'motor'
+    hook = 'drive'
+    parameters = (Parameter('R', 'ohm', low=0.0, role='amplitude'),)
+    equation = 'V_motor = duty (V - R sum(duty I)), over all motors'
+    looks_like = 'Each motor is weaker the more all of them pull, at the largest commands most.'
+    confused_with = 'voltage_limit and voltage_scale of one motor; torque_fade.'
+    reveal = 'Large and small commands, of one motor and of all at once.'
+    undivided = True
+
+    def drive(self, p: Values, drive: Drive) -> Drive:
+        return drive._replace(source=drive.source + p['R'])
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        return () if robot.contacts or not robot.has_motor_law else super().places(robot)
+
+    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        """At most the resistance of a motor, which then gets half of the supply."""
+        most = max(a.resistance or 0.0 for a in robot.actuators)
+        return (replace(self.parameters[0], high=most),)
 
 
 class Armature(Effect):
@@ -151,9 +167,7 @@ class Armature(Effect):
     parameters = (Parameter('J', 'kg m2', low=0.0, role='amplitude', linear=False),)
     equation = 'J dw/dt more torque is needed at the joint'
     looks_like = 'The joint answers more slowly to torque, weight unchanged.'
-    confused_with = (
-        'link_inertia on a single hinge: the same; command_delay and torque_scale in short runs.'
-    )
+    confused_with = 'link_inertia on a single hinge: the same; command_delay in short runs.'
     reveal = 'Free swings: the period grows while the weight stays.'
 
     def drive(self, p: Values, drive: Drive) -> Drive:

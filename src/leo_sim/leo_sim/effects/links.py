@@ -109,10 +109,7 @@ class Payload(_InSpace):
 
 
 class ExternalForce(_InSpace):
-    """A constant force (x, y, z) in world axes at the link's centre of mass.
-
-    y only where a hinge turns the link about another axis.
-    """
+    """A constant force (x, y, z) in world axes at the link's centre of mass."""
 
     name = 'external_force'
     family = 'load'
@@ -120,10 +117,7 @@ class ExternalForce(_InSpace):
     parameters = tuple(Parameter(axis, 'N', role='amplitude') for axis in 'xyz')
     equation = 'force (x, y, z) in world axes at the centre of mass'
     looks_like = 'As if gravity were stronger, weaker or turned, without any change of inertia.'
-    confused_with = (
-        'link_mass with link_inertia on one hinge; bias_torque and encoder_offset '
-        'over narrow angles.'
-    )
+    confused_with = 'link_mass with link_inertia on one hinge; bias_torque over narrow angles.'
     reveal = 'Slow motion over a full turn, then fast motion: a force adds no inertia.'
 
     def body(self, p: Values, link: Body) -> Body:
@@ -144,10 +138,7 @@ class Gravity(_InSpace):
     parameters = tuple(Parameter(axis, 'm/s2', role='amplitude') for axis in 'xyz')
     equation = 'gravity + (x, y, z) in world axes, on every link'
     looks_like = 'Every link is pulled another way, or more or less, in proportion to its mass.'
-    confused_with = (
-        'encoder_offset of a hinge at the base that carries all: the same, in its plane; '
-        'external_force on each link.'
-    )
+    confused_with = 'encoder_offset of a level hinge that carries all: the same; external_force.'
     reveal = 'Slow motion of all joints over large angles.'
     rank = 110
 

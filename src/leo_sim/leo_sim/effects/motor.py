@@ -34,6 +34,19 @@ def voltage_motor(
     return Motor(torque * enabled, back_emf * enabled)
 
 
+def sagging(voltage: Array, speed: Array, motors: tuple[Any, ...], source: Numbers) -> Any:
+    """The share of the supply that is left behind its resistance `source` ohm, (..., 1).
+
+    Motors are their constants, resistances, supplies V and which are on. A bridge of duty d draws
+    d I, and I R = d V - k w: the supply V is linear in itself.
+    """
+    constant, resistance, supply, enabled = motors
+    duty = voltage / supply * (1.0 if enabled is None else enabled)
+    braking = (duty * constant * speed / (resistance * supply)).sum(axis=-1, keepdims=True)
+    drawing = (duty**2 / resistance).sum(axis=-1, keepdims=True)
+    return (1.0 + source * braking) / (1.0 + source * drawing)
+
+
 def torque_source(command: Array, enabled: Any | None = None) -> Motor:
     """Torque of an actuator that follows its torque command, N m."""
     return Motor(command if enabled is None else command * enabled, 0.0)

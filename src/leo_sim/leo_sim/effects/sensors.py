@@ -119,10 +119,7 @@ class MeasurementDelay(_Sensor):
     parameters = (Parameter('delay', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'q_read(t) = q(t - delay), w_read(t) = w(t - delay)'
     looks_like = 'Every answer to a change of the command comes late by the same time.'
-    confused_with = (
-        'command_delay of all joints: the same where only states and commands are '
-        'seen; actuator_lag, armature.'
-    )
+    confused_with = 'command_delay of all joints (the same but for free motors); actuator_lag.'
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'
     dynamic = True
     late = True

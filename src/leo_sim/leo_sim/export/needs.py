@@ -28,6 +28,7 @@ CURVED = 'torques but straight lines in angle and speed'
 VARYING = 'dry friction but of one level'
 FORCE = 'constant forces'
 PLAY = 'play in a gear'
+SUPPLY = 'a supply that sags'
 COMMAND = 'delays or dead bands of commands'
 SENSOR = 'sensors that are late, slow or scaled'
 RAMP = 'limited rates of goals'
@@ -60,7 +61,8 @@ def needs(placed: Placed, robot: Robot) -> set[str]:
         body = effect.body(p, Body(1.0, (0.0,) * 3, (1.0,) * 3 + (0.0,) * 3))
         return {FORCE} if any(body.force) else {INERTIA}
     if effect.hook == 'drive':
-        return {PLAY} if effect.drive(p, Drive(1.0, 0.0)).gap else {ARMATURE}
+        _, gap, source = effect.drive(p, Drive(1.0, 0.0))
+        return {PLAY} if gap else {SUPPLY} if source else {ARMATURE}
     if effect.hook == 'servo':
         loop = effect.servo(p, Loop(1.0, 1.0, 1.0, 1.0, np.inf, 1.0))
         return {RAMP} if np.isfinite(loop.goal_rate) else {MOTOR}

@@ -17,7 +17,7 @@ from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
 from leo_sim.effects.base import Drive, Ground, Loop, Placed
-from leo_sim.effects.motor import Motor, torque_source, voltage_motor
+from leo_sim.effects.motor import Motor, sagging, torque_source, voltage_motor
 from leo_sim.laws.sensors import act_late, NOTHING, On, Sensors, Use
 from leo_sim.laws.sensors import Memory as Memory
 from leo_sim.laws.sensors import TIME as TIME
@@ -88,7 +88,8 @@ class Laws:
         )
         self.timed = any(u.effect.timed for u in self._remembering)  # a torque law knows the time
         # while the input is held, torques change with the rates alone, linearly
-        self.steady = not (self.dynamic or self.bent or self.servos or self.timed)
+        coupled = self.source is not None
+        self.steady = not (self.dynamic or self.bent or self.servos or self.timed or coupled)
         # a torque law has a memory that is not the time alone, or is not steady in it
         self.recalls = any(not (u.effect.timed and u.effect.steady) for u in self._remembering)
         self.remembers = bool(self._remembering) or self.sensors.dynamic  # or a sensor law
@@ -187,6 +188,8 @@ class Laws:
         if robot.has_motor_law:
             self._constant = stacked([values[p + 'torque_constant'] for p in joints])
             self._resistance = stacked([values[p + 'resistance'] for p in joints])
+            most = zip(joints, robot.actuators, strict=True)
+            self._supply = stacked([values.get(p + 'supply', a.limit) for p, a in most])
         efficiency = stacked([values.get(p + 'efficiency', 1.0) for p in joints])
         self._efficiency = None if np.all(efficiency == 1) else efficiency
         rotors = stacked([values[p + 'rotor_inertia'] for p in joints])
@@ -204,17 +207,22 @@ class Laws:
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
 
     def _drives(self, uses: Sequence[Use]) -> None:
-        drive = _changed(Drive(self.rotor_inertia, np.zeros(len(self.joints))), uses)
+        none = np.zeros(len(self.joints))
+        drive = _changed(Drive(self.rotor_inertia, none, none), uses)
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None  # backlash, rad, (..., J)
+        # of the supply, ohm, (..., 1); None where it gives whatever is drawn
+        self.source = drive.source.max(axis=-1, keepdims=True) if np.any(drive.source) else None
 
     def _motor(self, q: Array, dq: Array, speed: Array, u: Array, enabled: On) -> Motor:
         u = self.at_motors(u, q, dq)
         if not self._driven_by_volts:
             motor = torque_source(u, enabled)
         else:
-            speed = speed[..., self.actuated]
-            motor = voltage_motor(u, speed, self._constant, self._resistance, enabled)
+            speed, figures = speed[..., self.actuated], (self._constant, self._resistance)
+            if self.source is not None:
+                u = u * sagging(u, speed, (*figures, self._supply, enabled), self.source)
+            motor = voltage_motor(u, speed, *figures, enabled)
         if self._efficiency is not None:
             motor = Motor(*(self._efficiency * figure for figure in motor))
         return motor if self._all_actuated else Motor(*map(self.at_joints, motor))

@@ -11,7 +11,6 @@ from tests.searched import searched
 from tests.simulate import DT, NOISE, PENDULUM, POSITION, record, steps, TORQUE
 
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
-from leo_diffmodel.explain.select.search import Search
 from leo_sim.description.robot import Robot
 from leo_sim.effects import EFFECTS, place, Placed
 from leo_sim.model import Model
@@ -84,18 +83,13 @@ def hidden(robot: Robot, name: str, number: int) -> Placed:
     return found
 
 
-def explain_once(robot_name: str, name: str, number: int) -> tuple[Placed, Search, Facts]:
-    """Single effects on a bag with the effect; every third from another integrator."""
-    robot = ROBOTS[robot_name]
-    truth = hidden(robot, name, number)
-    other = {'engine': 'rk4', 'integration_step': 0.0019} if number % 3 == 0 else {}
-    data = [record(robot, truth, seconds=SECONDS, seed=number, **other)]
-    return truth, searched(data, Model(robot)), Facts(robot, ever_free=False)
-
-
 @pytest.mark.parametrize(('robot', 'name', 'number'), list(cases()))
 def test_it_is_named(robot, name, number):
-    truth, found, facts = explain_once(robot, name, number)
+    """Single effects on a bag with the effect; every third from another integrator."""
+    robot, other = ROBOTS[robot], {'engine': 'rk4', 'integration_step': 0.0019}
+    truth, other = hidden(robot, name, number), {} if number % 3 else other
+    data = [record(robot, truth, seconds=SECONDS, seed=number, **other)]
+    found, facts = searched(data, Model(robot)), Facts(robot, ever_free=False)
     top, *_ = found.final.hypothesis.candidates
     if top.effect.name != name:
         right = next(c for s in found.sets for c in s.names if c.effect.name == name)

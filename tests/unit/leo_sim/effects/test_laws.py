@@ -8,7 +8,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.joint import Body
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, place
-from leo_sim.effects.motor import Motor
+from leo_sim.effects.motor import Motor, sagging, voltage_motor
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
@@ -78,14 +78,13 @@ def about_origin(mass, com, inertia):
     xx, yy, zz, xy, xz, yz = inertia
     r = np.array(com)
     turning = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return [mass, *(mass * r), *(turning + mass * (r @ r * np.eye(3) - np.outer(r, r))).ravel()]
+    return np.r_[mass, mass * r, (turning + mass * (r @ r * np.eye(3) - np.outer(r, r))).ravel()]
 
 
 def test_a_payload_is_the_link_and_a_point_mass_as_one_body():
     one = EFFECTS['payload'].body(LOAD, LINK)
     point = about_origin(LOAD['m'], [LOAD[axis] for axis in 'xyz'], [0.0] * 6)
-    both = np.add(about_origin(*LINK[:3]), point)
-    np.testing.assert_allclose(about_origin(*one[:3]), both, atol=1e-15)
+    np.testing.assert_allclose(about_origin(*one[:3]), about_origin(*LINK[:3]) + point, atol=1e-15)
 
 
 @pytest.mark.parametrize(('t', 'level', 'lost'), [(0.0, 0.5, 0.0), (3.0 * np.log(2), 0.37, 0.2)])
@@ -93,6 +92,15 @@ def test_friction_and_motors_come_to_rest_with_time(t, level, lost):
     dry = friction('warming_friction', -2.0, 0.8, 0.0, t, c=0.24, c_start=0.5, T=3.0)
     mine = friction('torque_fade', 1.0, 0.8, 0.0, t, s=0.5, T=3.0)
     assert (dry, mine) == pytest.approx((level, -lost))
+
+
+def test_what_all_bridges_draw_is_missing_of_the_supply():
+    volts, speed, on = np.array([6.0, -9.0, 5.0]), np.array([1.0, 2.0, -3.0]), np.array([1, 1, 0])
+    constant, resistance, supply, source = np.array([1.2, 0.8, 0.5]), np.array([3, 2, 2]), 12, 0.3
+    left = sagging(volts, speed, (constant, resistance, supply, on), source)
+    torque = voltage_motor(left * volts, speed, constant, resistance, on).torque
+    drawn = (volts / supply * torque / constant).sum()
+    assert left == pytest.approx(1 - source * drawn / supply)
 
 
 def test_gravity_pulls_links_by_the_mass_that_they_have_in_the_end():

@@ -17,14 +17,10 @@ from leo_sim.effects.parameter import ROLES
 
 ROBOTS = [load_robot(name) for name in ('pendulum', 'torque_pendulum', 'leo')]
 PLACED = [
-    pytest.param(
-        effect,
-        effect.parameters_for(robot, effect.places(robot)),
-        id=f'{effect.name}-{robot.name}',
-    )
-    for robot in ROBOTS
-    for effect in EFFECTS.values()
-    if effect.applies(robot)
+    pytest.param(e, e.parameters_for(r, e.places(r)), id=f'{e.name}-{r.name}')
+    for r in ROBOTS
+    for e in EFFECTS.values()
+    if e.applies(r)
 ]
 UNTOLD = ('quadratic_load_friction', 'voltage_push', 'payload', 'smooth_friction')
 """No unit tells that a square is an amplitude too, that volts are added and not cut off, that a

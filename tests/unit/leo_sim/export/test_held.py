@@ -38,6 +38,7 @@ IN_NONE = {
     'torque_ripple': {'a': 0.1, 'n': 3.0},
     'load_dependent_friction': {'mu': 0.1},
     'backlash': {'gap': 0.1},
+    'supply_sag': {'R': 0.1},
     'stribeck_load_friction': {'mu': 0.1, 'mu_static': 0.2, 'v_s': 0.1},
     'quadratic_load_friction': {'mu': 0.1, 'mu2': 0.1},
     'directional_load_friction': {'mu': 0.1, 'mu_back': 0.1},

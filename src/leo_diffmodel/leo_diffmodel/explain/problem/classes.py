@@ -21,23 +21,31 @@ from leo_sim.model import Model
 class Facts:
     """What decides whether two effects are told apart; `ever_free`: some motor was off.
 
-    `spared`: joints whose position servos never gave all that they have.
+    `spared`: joints whose position servos never gave all that they have; `even`: those whose
+    motors got voltages of one size alone.
     """
 
     robot: Robot
     ever_free: bool
     spared: frozenset[str] = frozenset()
+    even: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, robot: Robot, recordings: Sequence[Recording]) -> 'Facts':
         episodes = [e for r in recordings for e in r.episodes]
         ever_free = any(bool((e.enabled < 0.5).any()) for e in episodes)
-        if (servos := Model(robot).laws.servos) is None:
-            return cls(robot, ever_free)
-        asked = [np.abs(servos.duty(e.inputs, e.q, e.dq)) * e.enabled for e in episodes]
-        spared = np.vstack(asked).max(axis=0) < 1.0
-        names = (a.joint for a, one in zip(robot.actuators, spared, strict=True) if one)
-        return cls(robot, ever_free, frozenset(names))
+        on, servos = np.vstack([e.enabled for e in episodes]), Model(robot).laws.servos
+
+        def named(which: np.ndarray) -> frozenset[str]:
+            pairs = zip(robot.actuators, which, strict=True)
+            return frozenset(a.joint for a, one in pairs if one)
+
+        if servos is None:
+            asked = np.abs(np.vstack([e.inputs for e in episodes]))
+            most, least = (asked * on).max(axis=0), np.where(on > 0, asked, np.inf).min(axis=0)
+            return cls(robot, ever_free, even=named(most <= least))
+        asked = np.vstack([np.abs(servos.duty(e.inputs, e.q, e.dq)) for e in episodes])
+        return cls(robot, ever_free, named((asked * on).max(axis=0) < 1.0))
 
     def alike(self, a: Candidate, b: Candidate) -> bool:
         return a == b or same_thing(a, b, self) is not None
@@ -154,6 +162,11 @@ CLASSES = (
         frozenset({'bias_torque', 'external_force'}),
         lambda f, where: f.at_base(where, slides=True),
         'along a fixed axis a constant force is one of the motor',
+    ),
+    SameThing(
+        frozenset({'supply_sag', 'torque_scale'}),
+        lambda f, where: f.alone and f.robot.has_motor_law and where in f.even,
+        'one motor behind a resistance is as much weaker at every command of one size',
     ),
     SameThing(
         frozenset({'servo_stiffness', 'voltage_scale'}),
