@@ -19,9 +19,10 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 
-from .log_format import Column, each_once, LogFormat, number_of, numbered, Table
+from .log_format import Column, each_once, LogFormat, named, number_of, numbered, Reader, Table
 
 WIDEST = 128  # a matrix of more columns than a robot has sensors is something else
+TO_DO = 'cut them to one length, or save each rate with its time as a file and say --join'
 _EPISODE = re.compile(
     r'(?:.*\.)?(?:demo|episode|ep|run|rollout|trajectory|traj|trial)_?(\d+)\.(.+)'
 )
@@ -81,14 +82,20 @@ def filled(numbers: Mapping[str, float], count: int) -> Table:
     return {name: np.full(count, value, dtype=float) for name, value in numbers.items()}
 
 
-def tree(group: Any, names: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
-    """Return groups as dicts, and arrays that may be columns; not what does not open."""
+def tree(
+    group: Any, names: Callable[[Any], Iterable[str]], above: Sequence[Any] = ()
+) -> dict[str, Any]:
+    """Return groups as dicts, and arrays that may be columns; not what does not open.
+
+    A group that is linked to inside itself is there once.
+    """
     found: dict[str, Any] = {}
     for name in names(group):
         with suppress(KeyError, TypeError, ValueError):
             node = group[name]
             if not hasattr(node, 'shape'):
-                found[name] = tree(node, names)
+                inside = (*above, group)
+                found |= {} if node in inside else {name: tree(node, names, inside)}
             elif are_columns(node.shape or ()):
                 found[name] = node[()]
     return found
@@ -117,6 +124,16 @@ def tables(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     if log_format.records is None and isinstance(content, dict):
         return [columns(log, part, log_format) for part in episodes(content)]
     return [_table(log, content, place, log_format) for place in listed(log_format.records or '')]
+
+
+def reader(name: str, endings: Sequence[str], content: Callable[[Path], Any]) -> Reader:
+    """Return the reader of a format whose files hold arrays by nested names."""
+    return Reader(
+        name,
+        tuple(endings),
+        lambda log, log_format: tables(log, content(log), log_format),
+        notes=lambda log: left_out(content(log)),
+    )
 
 
 def episodes(content: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -148,30 +165,57 @@ def _on_the_way(content: Any, place: str) -> dict[str, float]:
 
 
 def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:
-    """Return the arrays of a log that are as long as the longest; of a matrix each column.
+    """Return the arrays of a log that are as long as those that the map names, else the longest.
 
     Numbers next to them are columns of one value; texts, pictures and ragged lists are left out.
     """
-    found: Table = {}
-    numbers: dict[str, float] = {}
-    for name, value in flat(content):
-        if is_number(value):
-            numbers[name] = number(value)
-        elif _has_numbers(value):
-            with suppress(TypeError, ValueError, OverflowError):  # of what is ragged
-                if are_columns(np.shape(value)):
-                    found |= _split(name, np.asarray(value, dtype=float), log_format.order)
-    longest = max(map(len, found.values()), default=0)
-    found = {name: values for name, values in found.items() if len(values) == longest}
+    arrays, named = _arrays(content, log_format.order), log_format.named()
+    counts = {len(values): name for name, values in arrays.items() if name in named}
+    if len(counts) > 1:
+        (one, first), (other, second) = list(counts.items())[:2]
+        raise UserError(f'{log}: {first} has {one} values and {second} {other}; {TO_DO}')
+    length = next(iter(counts), max(map(len, arrays.values()), default=0))
+    found = {name: values for name, values in arrays.items() if len(values) == length}
     if log_format.header and len(found) == len(log_format.header):
         each_once(log_format.header, str(log))
         found = dict(zip(log_format.header, found.values(), strict=True))
-    return (filled(numbers, longest) | found) if found else {}
+    numbers = {name: number(value) for name, value in flat(content) if is_number(value)}
+    return (filled(numbers, length) | found) if found else {}
+
+
+def left_out(content: Any) -> list[str]:
+    """Say which arrays of a log are shorter than the others, in a line at most."""
+    first = episodes(content)[0] if isinstance(content, dict) else {}
+    counts = {name: len(values) for name, values in _arrays(first, ()).items()}
+    longest = max(counts.values(), default=0)
+    shorter = {name: count for name, count in counts.items() if count < longest}
+    have = ' or '.join(map(str, sorted({*shorter.values()})))
+    why = f'{have} values and not {longest}, so left out; {TO_DO}'
+    return [f'{named(shorter)}: {why}'] if shorter else []
+
+
+def _arrays(content: Mapping[str, Any], order: Sequence[str]) -> Table:
+    found: Table = {}
+    for name, value in flat(content):
+        if _has_numbers(value) and not is_number(value):
+            with suppress(TypeError, ValueError, OverflowError):  # of what is ragged
+                if are_columns(np.shape(value)):
+                    found |= _split(name, _floats(value), order)
+    return found
+
+
+def _floats(values: Any) -> Column:
+    """Return numbers, of moments and durations in seconds."""
+    array = np.asarray(values)
+    if array.dtype.kind not in 'mM':
+        return np.asarray(values, dtype=float)
+    whole = array.astype(f'{array.dtype.kind}8[ns]')
+    return np.where(np.isnat(whole), np.nan, 1e-9 * whole.astype('int64'))
 
 
 def _has_numbers(values: Any) -> bool:
     if isinstance(values, np.ndarray) and values.dtype != object:
-        return values.dtype.kind in 'biuf'
+        return values.dtype.kind in 'biufmM'
     inside = values if isinstance(values, list | np.ndarray) else []
     return is_number(values) or any(map(_has_numbers, inside))
 

@@ -218,10 +218,7 @@ def _notes(log: Path) -> list[str]:
         said = (
             f'{shown(name)[1:-1]} = {v:.6g} {unit}'.rstrip() for name, (v, unit) in found.items()
         )
-        notes.append(
-            f'its comments say {", ".join(said)}: columns of one value; where the robot has it: '
-            'constants: {links.LINK.mass: {column: mass, unit: kg}}'
-        )
+        notes.append(f'its comments say {", ".join(said)}: columns of one value')
     return notes
 
 

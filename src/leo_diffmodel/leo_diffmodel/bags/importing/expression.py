@@ -3,6 +3,7 @@
 
 import ast
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 import operator
 from typing import Any, NoReturn
 
@@ -68,6 +69,15 @@ def evaluate(text: str, columns: Mapping[str, Column]) -> Column:
         ) from None
     length = len(next(iter(columns.values())))
     return np.array(np.broadcast_to(value, (length,)), dtype=float)
+
+
+def names_in(text: str) -> set[str]:
+    """Return the columns that an expression names, and parts of their names."""
+    with suppress(SyntaxError, ValueError, RecursionError, MemoryError):
+        nodes = ast.walk(ast.parse(text.strip(), mode='eval'))
+        kinds = ast.Name | ast.Attribute | ast.Subscript
+        return {canonical_index(ast.unparse(node)) for node in nodes if isinstance(node, kinds)}
+    return set()
 
 
 def _value(node: ast.AST, names: Mapping[str, Column], text: str) -> Any:

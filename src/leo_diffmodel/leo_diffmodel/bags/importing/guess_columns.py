@@ -5,12 +5,13 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import SequenceMatcher
 import re
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import Robot
+from leo_sim.description.robot import Constant, Robot
 from leo_sim.drivers.base import INTERFACES
 
 from .guess_roles import plain, Role, role_of
@@ -50,12 +51,13 @@ class KnownRobot(NamedTuple):
     slides: frozenset[str]
     limits: Mapping[str, tuple[float, float]]
     takes: str
+    constants: Mapping[str, Constant] = MappingProxyType({})
 
 
 def known_robot(robot: Robot, ref: str) -> KnownRobot:
     joints = tuple(name for name in robot.joint_names if name not in robot.base_joints)
     limits = {joint.name: joint.limits for joint in robot.joints}
-    return KnownRobot(ref, joints, robot.slides, limits, INTERFACES[robot.input])
+    return KnownRobot(ref, joints, robot.slides, limits, INTERFACES[robot.input], robot.constants)
 
 
 def matched(names: Sequence[str], robot: KnownRobot) -> dict[str, tuple[str, str]]:
@@ -175,7 +177,8 @@ def choose(first: Table, roles: Roles, robot: KnownRobot | None) -> Chosen:
 def rising(table: Table, roles: Roles) -> str:
     """Return the first column that is named as a time and never falls; '' without one."""
     named = (name for name, role in roles.items() if role.quantity == 'time')
-    return next((name for name in named if (np.diff(table[name]) >= 0).all()), '')
+    known = {name: table[name][np.isfinite(table[name])] for name in named}
+    return next((name for name, t in known.items() if (np.diff(t) >= 0).all()), '')
 
 
 def _notes(pairs: Mapping[str, tuple[str, str]], robot: KnownRobot) -> Iterable[str]:

@@ -12,7 +12,7 @@ from . import guess_units as numbers
 from .calibration import BEYOND, Calibration, GRIPPER
 from .column_map import QUANTITIES
 from .guess_columns import Chosen, INPUTS, KnownRobot, of_joint, of_per_cent, Roles
-from .guess_roles import is_bare_goal
+from .guess_roles import HANDS, is_bare_goal
 from .guess_units import Unit
 from .log_format import Column, Table
 from .unit_names import fits
@@ -38,6 +38,7 @@ class Units:
     robot: KnownRobot | None = None
     calibration: Calibration | None = None
     is_lerobot: bool = False
+    either: tuple[str, ...] = ()  # may be measured as well as commanded
 
     @property
     def time(self) -> Unit:
@@ -56,6 +57,8 @@ class Units:
     def of(self, joint: str, quantity: str, column: str) -> Unit:
         if quantity == 'enabled':
             return Unit('', '0 = motor free')
+        if column in self.either:
+            return Unit('?', 'measured or commanded? exchange the columns, or not; then the unit')
         turning, sliding = QUANTITIES[quantity][0], QUANTITIES[quantity][-1]
         ours = sliding if self.robot and joint in self.robot.slides else turning
         if self.robot and quantity != 'position' and is_bare_goal(column):
@@ -80,6 +83,8 @@ class Units:
         end = low if np.isfinite(low) else 0.0  # rad: its lower stop, where that is known
         if self.calibration and (found := self._calibrated(self.calibration, name, end)):
             return found
+        if whole := self._way(name):
+            return self._of_hand(joint, whole)
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
         measured = self.chosen.joints.get(joint, {}).get('position', column)
@@ -91,6 +96,34 @@ class Units:
             or self._of_robot(joint, column)
             or self._by_numbers(name, self.table[column])
         )
+
+    def _way(self, name: str) -> float:
+        """Return which of its numbers is the whole way of a hand; 0 of what is none."""
+        if not HANDS & set(name.split('_')):
+            return 0.0
+        roles = self.roles.items()
+        same = [n for n, r in roles if (r.quantity, r.joint) == ('position', name)]
+        return numbers.of_a_way([self.table[each] for each in same])
+
+    def _of_hand(self, joint: str, whole: float) -> Unit:
+        why, stops = f'0 to {whole:.0f} of the way of a hand', self._stops(joint)
+        if not stops:
+            return Unit('?', f'{why}: scale: rad or m for 1, offset: where 0 is')
+        low, high = stops
+        said = {'scale': float(f'{(high - low) / whole:.6g}'), 'offset': float(f'{low:.6g}')}
+        return Unit('', f'{why}, from the lower stop to the upper one: look whether', said)
+
+    def _stops(self, joint: str) -> tuple[float, float] | None:
+        stops = self.robot.limits.get(joint) if self.robot else None
+        return stops if stops and np.isfinite(stops).all() else None
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Hands whose way nobody knows, and what is to be said of them."""
+        columns = {joint: of['position'] for joint, of in self.chosen.joints.items()}
+        ways = {joint: self._way(self.roles[column].joint) for joint, column in columns.items()}
+        unknown = (joint for joint, whole in ways.items() if whole and not self._stops(joint))
+        return {j: f'{columns[j]}: {self._of_hand(j, ways[j]).why}' for j in unknown}
 
     def _by_speed(self, joint: str, column: str) -> Unit | None:
         """Return the unit in which its change is the speed, where that has a unit in its name."""

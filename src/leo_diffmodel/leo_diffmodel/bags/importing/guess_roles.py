@@ -5,6 +5,7 @@
 logs have them.
 """
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 import re
 from typing import NamedTuple
@@ -55,6 +56,7 @@ BESIDES = _words(
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')
 """Words of a flag that says whether a motor is on."""
+HANDS = _words('gripper grippers hand hands finger fingers thumb claw jaw greifer pince')
 MOTORS = ('motor', 'motors', 'servo', 'servos', 'drive')  # what a flag of all may name
 _PARTS = sorted(
     _words(
@@ -117,7 +119,28 @@ def roles_of(columns: Iterable[str]) -> dict[str, Role]:
     names = list(columns)
     first = names[0].split('.')[0] + '.' if names else ''
     common = first if len(names) > 1 and all(name.startswith(first) for name in names) else ''
-    return {name: role_of(name.removeprefix(common)) for name in names}
+    return _without_topics({name: role_of(name.removeprefix(common)) for name in names})
+
+
+def _without_topics(roles: dict[str, Role]) -> dict[str, Role]:
+    """Return joints without what is before a dot in all columns of a quantity, as a topic is.
+
+    So `arm.state.position.elbow` is of the elbow. What some columns of a quantity have stays.
+    """
+    families = defaultdict[tuple[str, bool], list[set[str]]](list)
+    for name, role in roles.items():
+        if role.quantity in BY_UNIT:
+            families[role[:2]].append({*name.split('.')[:-1]})
+    shared = [set.intersection(*parts) for parts in families.values()]
+    some = (
+        set.union(*parts) - all_of for parts, all_of in zip(families.values(), shared, strict=True)
+    )
+    topics = set().union(*shared).difference(*some)
+    for name, role in roles.items():
+        rest = '.'.join(part for part in name.split('.') if part not in topics)
+        if role.quantity in BY_UNIT and rest != name:
+            roles[name] = role._replace(joint=role_of(rest).joint or role.joint)
+    return roles
 
 
 def is_bare_goal(column: str) -> bool:

@@ -17,6 +17,7 @@ DEGREES = 720.0
 FASTEST, SLOWEST = 20e3, 2.0  # rates at which robots are logged [Hz]
 AGREES = 1.3  # units of a speed are six times apart and more; filters and gaps take less
 TURNS = ('rad', 'deg', 'rev')
+WAYS = (1.0, 100.0, 255.0, 1000.0, 1023.0, 4095.0)  # of hands, from open to closed or back
 SPANS = 50  # a log is compared in so many parts, which are longer than its noise
 
 
@@ -39,12 +40,42 @@ def of_angles(columns: Sequence[Column]) -> Unit:
     if is_clipped(columns):
         why = 'they end at exactly 100: per cent of the calibrated range'
         return Unit('?', f'{why}; scale: rad for 1 %, and no unit')
+    if are_counts(columns) and peak > 360.0:
+        return _of_counts(peak)
     if peak > DEGREES:
         return Unit('?', f'up to {peak:.4g}: counts of an encoder? then scale: rad for one')
     if peak > PER_CENT:
         why = f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent'
         return Unit('deg', f'{why}; unit: rad for a joint that turns round')
     return Unit('?', f'up to {peak:.3g}: unit: deg, or of per cent of a range scale: rad for 1 %')
+
+
+def _of_counts(peak: float) -> Unit:
+    why = f'whole numbers up to {peak:.0f}'
+    turn = 'of 4096 a turn, 2048 the middle (Dynamixel X, Feetech STS)'
+    if 1023.0 < peak <= 4095.0:
+        return Unit('', f'{why}: counts {turn}', {'scale': 0.00153398, 'offset': -3.14159})
+    if peak > 4095.0:
+        return Unit('?', f'{why}: counts of an encoder? then scale: rad for one')
+    short = 'scale: 0.00511327, offset: -2.61799 of 1024 in 300 deg (Dynamixel AX)'
+    return Unit('?', f'{why}: {short}; scale: 0.00153398, offset: -3.14159 {turn}; or deg')
+
+
+def of_a_way(columns: Sequence[Column]) -> float:
+    """Return the number that is the whole way of a hand, as 1, 100 or 255; 0 where none is."""
+    peak, low = peak_of(columns), min(float(np.nanmin(c)) for c in columns)
+    for whole in WAYS:
+        most, least = (1.0, 0.85) if are_counts(columns) else (1.05, 0.95)
+        ends = abs(low) <= 0.05 * whole and least * whole < peak <= most * whole
+        if ends and (whole <= 100.0 or most == 1.0):
+            return whole
+    return 0.0
+
+
+def are_counts(columns: Sequence[Column]) -> bool:
+    """Say whether all are whole numbers of at least 0, and none says less than a few of them."""
+    known = np.concatenate([c[np.isfinite(c)] for c in columns])
+    return bool((known >= 0).all() and (known == np.round(known)).all() and len({*known}) > 2)
 
 
 def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | None:

@@ -52,5 +52,9 @@ def _guessed(log: Path) -> LogFormat:
     return LogFormat(records=None if found[float] or found[int] else [*found[list]] or None)
 
 
-JSON = Reader('json', ('json',), read_json, guessed=_guessed)
+def _notes(log: Path) -> list[str]:
+    return [] if _guessed(log).records else arrays.left_out(_content(log, LogFormat()))
+
+
+JSON = Reader('json', ('json',), read_json, guessed=_guessed, notes=_notes)
 JSON_LINES = Reader('jsonl', ('jsonl', 'ndjson'), partial(read_json, lines=True))

@@ -2,7 +2,7 @@
 """What each format of logs has: a reader of tables, what a column map says, names of columns."""
 
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime, UTC
@@ -23,6 +23,7 @@ from ..types import Floats
 
 Column = Floats
 Table = dict[str, Column]  # columns by name, all of one length
+MOST_NAMED, LONG = 40, 99  # names in a line, letters of one
 _INDEX = re.compile(r'\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\]')
 
 
@@ -44,6 +45,10 @@ class LogFormat(Fixed):
     fields: dict[str, str | list[str]] = Field(default_factory=dict)
     # names of the numbers of a sample, where there are as many: `q.elbow` for `q[0]`
     order: list[str] = Field(default_factory=list)
+
+    def named(self) -> frozenset[str]:
+        """The columns that a map names."""
+        return frozenset()
 
 
 @dataclass(frozen=True)
@@ -99,9 +104,9 @@ def number_of(text: str) -> float:
 
 
 def refuse_bag(log: Path) -> NoReturn:
-    raise UserError(
-        f'{log} is a bag already and needs no import; look into it: {leo("bag", "info", log)}'
-    )
+    packed = log.suffix.lower() == '.gz'
+    to_do = 'unpack it with gunzip' if packed else f'look into it: {leo("bag", "info", log)}'
+    raise UserError(f'{log} is a bag already and needs no import; {to_do}')
 
 
 def each_once(names: Sequence[str], where: str) -> None:
@@ -112,6 +117,12 @@ def each_once(names: Sequence[str], where: str) -> None:
                 f'{where}: {shown(name)} is the name of columns {places}; rename '
                 'them, or name all columns in the column map (header: [...])'
             )
+
+
+def named(names: Iterable[str]) -> str:
+    listed = [repr(name) if len(name) < LONG else shown(name) for name in names]
+    more = len(listed) - MOST_NAMED
+    return ', '.join(listed[:MOST_NAMED]) + (f' and {more} more' if more > 0 else '')
 
 
 def without_infinite(values: Column) -> Column:

@@ -2,14 +2,15 @@
 """NumPy files as tables: arrays by their names, structured ones, or one matrix; no pickles."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from .arrays_log import are_columns, tables
-from .log_format import LogFormat, opened, Reader, Table
+from .arrays_log import are_columns, reader
+from .log_format import opened
 
 
-def read_numpy(log: Path, log_format: LogFormat) -> list[Table]:
+def _content(log: Path) -> Any:
     kind = 'a NumPy file without objects, which can run code; np.savez(FILE, t=t, q=q) makes one'
     with opened(log, kind) as file:
         content = np.load(file, allow_pickle=False)
@@ -19,7 +20,7 @@ def read_numpy(log: Path, log_format: LogFormat) -> list[Table]:
             content = {name: content[name] for name in content.dtype.names}
         elif are_columns(content.shape):
             content = content.reshape(len(content), -1).tolist()
-    return tables(log, content, log_format)
+    return content
 
 
-NUMPY = Reader('numpy', ('npz', 'npy'), read_numpy)
+NUMPY = reader('numpy', ('npz', 'npy'), _content)

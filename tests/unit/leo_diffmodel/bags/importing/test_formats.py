@@ -162,6 +162,7 @@ EACH = {
     '.mat': (matlab, PLAIN, {}),
     '.h5.gz': (packed(aloha), ALOHA, FIXED),
     'json.mcap': (foxglove, TOPICS, ORDER),
+    'json.mcap.gz': (packed(foxglove), TOPICS, ORDER),
     'protobuf.mcap': (protobuf, 'log_time arm.q[{0}] arm.dq[{0}] arm.u[{0}]', {}),
     '.bag': (ros1, TOPICS.replace('log_time', 'arm.state.header.stamp'), ORDER),
 }

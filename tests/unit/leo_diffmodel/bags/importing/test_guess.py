@@ -12,7 +12,7 @@ import yaml
 
 from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.guess import guess_map
-from leo_diffmodel.bags.importing.guess_roles import role_of
+from leo_diffmodel.bags.importing.guess_roles import role_of, roles_of
 from leo_diffmodel.bags.importing.guess_units import of_angles, of_time
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py import units
@@ -83,6 +83,14 @@ def test_names_in_three_languages_say_what_columns_are(column, quantity, is_goal
     assert role_of(column) == (quantity, is_goal, joint, unit)
 
 
+def test_joints_of_topics_are_without_the_names_of_the_topics():
+    topics = 'robot1.arm.joint_states.position', 'robot1.arm.joint_states.velocity', 'goal.data'
+    roles = roles_of(['log_time', *(f'{topic}.{joint}' for topic in topics for joint in 'ab')])
+    assert [role.joint for role in roles.values()][1:] == ['a', 'b'] * 3
+    roles = roles_of(['robot1.q[0]', 'robot1.q[1]', 'robot1.left.goal[1]', 'robot1.goal[1]'])
+    assert [role.joint for role in roles.values()] == ['joint0', 'joint1', 'left_1', 'joint1']
+
+
 @pytest.mark.parametrize(
     ('peak', 'unit'), [(3.1, 'rad'), (95, '?'), (100, '?'), (120, 'deg'), (4095, '?')]
 )
@@ -96,6 +104,30 @@ def test_numbers_say_the_unit_of_angles_or_leave_it_open(peak, unit):
 )
 def test_numbers_say_the_unit_of_time(step, unit):
     assert of_time(step * np.arange(9.0)).name == unit
+
+
+@pytest.mark.parametrize(('low', 'high', 'whole'), [(0, 1, 1), (3, 228, 255), (0, 1000, 1000)])
+def test_the_way_of_a_hand_is_no_angle(tmp_path, low, high, whole):
+    way = np.linspace(low, high, 200).round(0 if high > 1 else 3)
+    rows = np.column_stack([np.arange(200) / 50, np.linspace(-1, 1, 200), way])
+    log = tmp_path / 'log.csv'
+    np.savetxt(log, rows, delimiter=',', header='t,elbow_pos,gripper_pos', comments='')
+    assert [*guessed(log)['joints']] == ['elbow']
+    left = f'# gripper is left out, gripper_pos: 0 to {whole} of the way of a hand: scale: rad or'
+    assert left in log.with_suffix('.map.yaml').read_text()
+    robot = load_robot('so101')
+    said = yaml.safe_load(guess_map(log, tmp_path / 'map.yaml', robot, 'so101').read_text())
+    stops = next(joint.limits for joint in robot.joints if joint.name == 'gripper')
+    found = said['joints']['gripper']['position']
+    ends = [found['offset'] + found['scale'] * end for end in (0, whole)]
+    assert ends == pytest.approx(stops, abs=1e-4)
+
+
+def test_counts_of_servos_are_no_degrees():
+    turn = of_angles([np.array([3000.0, 100.0, 7.0])])
+    assert turn.entry == {'scale': 0.00153398, 'offset': -3.14159}
+    assert of_angles([np.array([700.0, 100.0, 7.0])]).name == '?'
+    assert of_angles([np.array([700.5, 100.0, 7.0])]).name == 'deg'
 
 
 def guessed(log: Path) -> dict:

@@ -3,12 +3,14 @@
 
 import json
 
+import h5py
 import numpy as np
 import pytest
 import scipy.io
 
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs
+from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.log_format import LogFormat
 from leo_diffmodel.bags.importing.tables import read_tables
 from leo_diffmodel.bags.recording import read_bag
@@ -100,6 +102,39 @@ def test_texts_beside_arrays_are_left_out(tmp_path):
     assert found == {'kp': [3, 3], 't': [0, 1], 'q': [1, 2]}
 
 
+def test_arrays_of_other_lengths_are_told_and_refused_where_the_map_names_them(tmp_path):
+    log = tmp_path / 'log.npz'
+    np.savez(log, t=T, q=T, goal=T[1:])
+    text = guess_map(log, tmp_path / 'map.yaml').read_text()
+    assert "# 'goal': 4 values and not 5, so left out; cut them to one length, or save" in text
+    mapping = {'time': {'period': 0.01}, 'joints': {'pivot': {'position': 'goal'}}}
+    (episode,) = imported(tmp_path, log, mapping)
+    assert episode.q[:, 0].tolist() == T[1:].tolist()
+    mapping['inputs'] = {'pivot': {'effort': {'expression': '2 * q'}}}
+    with pytest.raises(UserError, match=r'log.npz: q has 5 values and goal 4; cut them to one le'):
+        imported(tmp_path, log, mapping)
+
+
+def test_a_group_that_is_linked_to_inside_itself_is_there_once(tmp_path):
+    with h5py.File(tmp_path / 'log.h5', 'w') as log:
+        log['run/t'] = log['run/q'] = T
+        log['run/self'], log['up'], log['gone'] = (
+            log['run'],
+            h5py.SoftLink('/'),
+            h5py.SoftLink('/x'),
+        )
+    (table,) = read_tables(tmp_path / 'log.h5', LogFormat())
+    assert {*table} == {'run.t', 'run.q'}
+
+
+@pytest.mark.parametrize('start', [np.datetime64('2026-11-27T10:00'), np.timedelta64(5, 's')])
+def test_moments_of_numpy_are_seconds(tmp_path, start):
+    moments = start + np.array([0, 10, 'NaT', 30], 'timedelta64[ms]')
+    np.savez(tmp_path / 'log.npz', t=moments, q=T[:4])
+    (table,) = read_tables(tmp_path / 'log.npz', LogFormat())
+    np.testing.assert_allclose(table['t'] - table['t'][0], [0, 0.01, np.nan, 0.03], atol=1e-6)
+
+
 FORMAT = """
 import numpy as np
 
@@ -146,6 +181,11 @@ def test_an_unknown_format_names_those_that_are_known(tmp_path):
     [
         ('run.xlsx', 'run.xlsx', 'is a spreadsheet; save it as CSV and import that'),
         ('run.pkl', 'run.pkl', 'is a pickle, which can run code as it is read; save np.savez('),
+        (
+            'run.db3.gz',
+            'run.db3.gz',
+            'is a bag already and needs no import; unpack it with gunzip',
+        ),
         ('run.mcap', 'run.mcap', 'is a bag already and needs no import; look into it: leo bag'),
         ('run/run_0.mcap', 'run', 'is a bag already and needs no import; look into it: leo bag'),
         ('run/run_0.db3', 'run', 'is a bag already and needs no import; look into it: leo bag'),
