@@ -99,7 +99,7 @@ def _lines(
         yield _entry('time', {'column': chosen.time, 'unit': units.time.name}, units.time.why)
     else:
         yield 'time: {period: null}  # no column is named as a time and rises: fill in seconds'
-    left = units.left_out if len(units.left_out) < len(chosen.joints) else {}
+    left = units.left_out
     joints, inputs = ({j: part[j] for j in part if j not in left} for part in chosen[1:3])
     yield from _part('joints', joints, units)
     yield from _other_input(inputs, robot)

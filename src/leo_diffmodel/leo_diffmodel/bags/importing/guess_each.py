@@ -99,31 +99,26 @@ class Units:
 
     def _way(self, name: str) -> float:
         """Return which of its numbers is the whole way of a hand; 0 of what is none."""
-        if not HANDS & set(name.split('_')):
-            return 0.0
-        roles = self.roles.items()
-        same = [n for n, r in roles if (r.quantity, r.joint) == ('position', name)]
-        return numbers.of_a_way([self.table[each] for each in same])
+        same = [n for n, r in self.roles.items() if (r.quantity, r.joint) == ('position', name)]
+        is_hand = HANDS & {*name.split('_')}
+        return numbers.of_a_way([self.table[each] for each in same]) if is_hand else 0.0
 
     def _of_hand(self, joint: str, whole: float) -> Unit:
-        why, stops = f'0 to {whole:.0f} of the way of a hand', self._stops(joint)
-        if not stops:
+        low, high = self.robot.limits.get(joint, (0.0, np.inf)) if self.robot else (0.0, np.inf)
+        why = f'0 to {whole:.0f} of the way of a hand'
+        if not np.isfinite(high - low):
             return Unit('?', f'{why}: scale: rad or m for 1, offset: where 0 is')
-        low, high = stops
         said = {'scale': float(f'{(high - low) / whole:.6g}'), 'offset': float(f'{low:.6g}')}
         return Unit('', f'{why}, from the lower stop to the upper one: look whether', said)
 
-    def _stops(self, joint: str) -> tuple[float, float] | None:
-        stops = self.robot.limits.get(joint) if self.robot else None
-        return stops if stops and np.isfinite(stops).all() else None
-
     @property
     def left_out(self) -> dict[str, str]:
-        """Hands whose way nobody knows, and what is to be said of them."""
+        """Hands whose way nobody knows, and what is to be said of them; not where all are such."""
         columns = {joint: of['position'] for joint, of in self.chosen.joints.items()}
-        ways = {joint: self._way(self.roles[column].joint) for joint, column in columns.items()}
-        unknown = (joint for joint, whole in ways.items() if whole and not self._stops(joint))
-        return {j: f'{columns[j]}: {self._of_hand(j, ways[j]).why}' for j in unknown}
+        hands = {j: w for j, c in columns.items() if (w := self._way(self.roles[c].joint))}
+        found = {j: self._of_hand(j, whole) for j, whole in hands.items()}
+        unknown = {j: f'{columns[j]}: {unit.why}' for j, unit in found.items() if unit.name}
+        return unknown if len(unknown) < len(columns) else {}
 
     def _by_speed(self, joint: str, column: str) -> Unit | None:
         """Return the unit in which its change is the speed, where that has a unit in its name."""
