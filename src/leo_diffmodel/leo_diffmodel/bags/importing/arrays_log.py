@@ -35,7 +35,6 @@ def steps(place: str) -> list[str]:
 
 
 def follow(content: Any, place: str, log: Path) -> Any:
-    """Return what is at a place without `[*]`; an error says what there is instead."""
     value = content
     for step in steps(place):
         try:
@@ -47,7 +46,6 @@ def follow(content: Any, place: str, log: Path) -> Any:
 
 
 def into(value: Any, step: str) -> Any:
-    """Return what one step leads to; raises what indexing raises."""
     if not step.startswith('['):
         return value[step]
     if ',' not in step:
@@ -71,7 +69,6 @@ def is_number(value: Any) -> bool:
 
 
 def number(value: Any) -> float:
-    """Return a number of a record, NaN for what is missing, null or none."""
     try:
         return float(value) if is_number(value) else math.nan
     except OverflowError:
@@ -85,10 +82,7 @@ def filled(numbers: Mapping[str, float], count: int) -> Table:
 def tree(
     group: Any, names: Callable[[Any], Iterable[str]], above: Sequence[Any] = ()
 ) -> dict[str, Any]:
-    """Return groups as dicts, and arrays that may be columns; not what does not open.
-
-    A group that is linked to inside itself is there once.
-    """
+    """Return groups as dicts, each but once inside itself, and arrays that may be columns."""
     found: dict[str, Any] = {}
     for name in names(group):
         with suppress(KeyError, TypeError, ValueError):
@@ -127,7 +121,6 @@ def tables(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
 
 
 def reader(name: str, endings: Sequence[str], content: Callable[[Path], Any]) -> Reader:
-    """Return the reader of a format whose files hold arrays by nested names."""
     return Reader(
         name,
         tuple(endings),
@@ -155,7 +148,6 @@ def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
 
 
 def _on_the_way(content: Any, place: str) -> dict[str, float]:
-    """Return the numbers that a log has at each level on the way to its records."""
     found: dict[str, float] = {}
     for step in steps(place):
         if isinstance(content, dict):
@@ -260,7 +252,6 @@ def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
 
 
 def stacked(rows: Sequence[Mapping[str, float]]) -> Table:
-    """Return numbers of records, NaN where one lacks what others have."""
     names = dict.fromkeys(chain.from_iterable(rows))
     return {name: np.array([row.get(name, math.nan) for row in rows]) for name in names}
 
@@ -292,7 +283,6 @@ def numbers_in(
 
 
 def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
-    """Return one table per match of `[*]`, with the columns that `fields` names."""
     found = {
         name: list(chain.from_iterable(expand(content, place, log) for place in listed(places)))
         for name, places in log_format.fields.items()

@@ -95,8 +95,6 @@ class ColumnSpec(Fixed):
 
 
 class TimeSpec(Fixed):
-    """Time as a column, or as a constant sampling period [s]."""
-
     column: Name | None = None
     period: float | None = Field(default=None, gt=0.0)
     unit: str = 's'

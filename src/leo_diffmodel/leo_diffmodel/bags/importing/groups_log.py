@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""HDF5 and zarr as tables: arrays in groups, as `/observations/qpos`, `/data/demo_0/actions`."""
+"""Files of named arrays as tables: HDF5, zarr, MATLAB, NumPy, of which no pickles."""
 
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 import zipfile
 
-from .arrays_log import reader, tables, tree
+import numpy as np
+
+from .arrays_log import are_columns, reader, tables, tree
 from .log_format import LogFormat, opened, Reader, Table
 
 HEADS = '.zgroup', 'zarr.json'  # in a folder of zarr 2, of zarr 3
 
 
-def hdf5_content(log: Path) -> dict[str, Any]:
+def _hdf5_content(log: Path) -> dict[str, Any]:
     import h5py
 
     with opened(log, 'an HDF5 file') as path, h5py.File(path) as file:
@@ -40,7 +42,32 @@ def _zarr_content(log: Path) -> dict[str, Any]:
         )
 
 
-HDF5 = reader('hdf5', ('h5', 'hdf5'), hdf5_content)
+def _mat_content(log: Path) -> Any:
+    import scipy.io
+
+    with opened(log, 'a MATLAB file') as file:
+        try:
+            content = scipy.io.loadmat(file, squeeze_me=False, simplify_cells=True)
+        except NotImplementedError:  # of version 7.3, which is HDF5
+            return _hdf5_content(file)
+    return {name: value for name, value in content.items() if not name.startswith('__')}
+
+
+def _numpy_content(log: Path) -> Any:
+    kind = 'a NumPy file without objects, which can run code; np.savez(FILE, t=t, q=q) makes one'
+    with opened(log, kind) as file:
+        content = np.load(file, allow_pickle=False)
+        if not isinstance(content, np.ndarray):
+            return {name: array[()] for name, array in content.items()}
+        if content.dtype.names:
+            return {name: content[name] for name in content.dtype.names}
+    is_matrix = are_columns(content.shape)
+    return content.reshape(len(content), -1).tolist() if is_matrix else content
+
+
+MAT = reader('mat', ('mat',), _mat_content)
+NUMPY = reader('numpy', ('npz', 'npy'), _numpy_content)
+HDF5 = reader('hdf5', ('h5', 'hdf5'), _hdf5_content)
 ZARR = Reader(
     'zarr', ('zip',), read_zarr, lambda log: any((log / head).is_file() for head in HEADS)
 )

@@ -39,12 +39,7 @@ def guess_map(
 ) -> Path:
     """Write a column map for a log, or for several that are parts of one run; return its path.
 
-    Args:
-        logs: the first is looked at, and the others with it where they are parts.
-        file: to write; one that is there already is refused.
-        robot: that was logged, where it is known.
-        ref: its name or folder, for the map.
-        join: the logs are parts of one run; by default where their names say so.
+    The robot that was logged may be known, and `ref` is its name or folder, for the map.
     """
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')
@@ -148,7 +143,6 @@ def _constants(found: Sequence[tuple[str, Any, str]]) -> Iterator[str]:
 
 
 def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
-    """Yield a comment where the log has another input than the robot takes."""
     found = sorted({quantity for columns in inputs.values() for quantity in list(columns)[:1]})
     if robot and found and robot.takes not in found:
         log = '/'.join(INPUTS[quantity] for quantity in found)

@@ -25,11 +25,7 @@ ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
 
 @dataclass(frozen=True)
 class Units:
-    """What the units of one log are guessed from.
-
-    `first` is the first episode, in which speeds are compared with positions, `table` all of them.
-    Angles of a LeRobot data set may be per cent, of a calibration that lies next to it.
-    """
+    """What units are guessed from: the first episode, where speeds are compared, and all."""
 
     first: Table
     table: Table
@@ -157,14 +153,10 @@ class Units:
 
     @property
     def _bodies(self) -> list[Column]:
-        """The same but for the gripper, which is in per cent in any case."""
         return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
 
     def _calibrated(self, calibration: Calibration, name: str, end: float) -> Unit | None:
-        """Return what makes angles of a joint's numbers; None where it has no calibration.
-
-        A gripper has 0 % at the angle `end` [rad].
-        """
+        """Return what makes angles of numbers, where it is known; a gripper is 0 % at `end`."""
         motor, file = calibration.of(name), calibration.file.name
         if motor is None:
             return None

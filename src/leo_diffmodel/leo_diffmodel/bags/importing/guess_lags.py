@@ -50,8 +50,9 @@ def _pairs(roles: Roles) -> list[tuple[Names, Names]]:
         differ = [k for k, (x, y) in enumerate(zip(a, b, strict=False)) if x != y]
         is_open = '' in (roles[one].quantity, roles[other].quantity)
         if len(a) == len(b) and len(differ) == 1 and is_open:
-            found[differ[0], a[differ[0]], b[differ[0]]].append((one, other))
-    named = (pairs for (_, word, _), pairs in found.items() if not word.isdecimal())
+            (k,) = differ
+            found[k - len(a), a[k], b[k]].append((one, other))
+    named = [found[at, *two] for at, *two in found if at < -1 or not two[0].isdecimal()]
     return [tuple(zip(*pairs, strict=True)) for pairs in named]
 
 

@@ -87,11 +87,7 @@ _CAMEL = re.compile(r'(?<=[a-z])(?=[A-Z][a-z])')
 
 
 class Role(NamedTuple):
-    """What a column is by its name; '' for what that does not say.
-
-    The quantity is a key of `WORDS`; a goal was asked for, and not measured; the joint is the
-    rest.
-    """
+    """What a column is by its name; '' for what that does not say, quantities as in `WORDS`."""
 
     quantity: str
     is_goal: bool
@@ -123,10 +119,7 @@ def roles_of(columns: Iterable[str]) -> dict[str, Role]:
 
 
 def _without_topics(roles: dict[str, Role]) -> dict[str, Role]:
-    """Return joints without what is before a dot in all columns of a quantity, as a topic is.
-
-    So `arm.state.position.elbow` is of the elbow. What some columns of a quantity have stays.
-    """
+    """Return joints without what is before a dot in all columns of a quantity, as a topic is."""
     families = defaultdict[tuple[str, bool], list[set[str]]](list)
     for name, role in roles.items():
         if role.quantity in BY_UNIT:
@@ -158,10 +151,7 @@ def as_taken(roles: Mapping[str, Role], takes: str) -> dict[str, Role]:
 
 
 def with_flags(roles: Mapping[str, Role], table: Table) -> dict[str, Role]:
-    """Return the roles of columns; of nothing but 0 and 1, as `torque_enable`, those of flags.
-
-    A flag enables a joint, or all where it names none or only a motor.
-    """
+    """Return the roles with flags, as `torque_enable`: of a joint, or where none is named all."""
     found = dict(roles)
     for name, role in roles.items():
         numbers = set(table[name][np.isfinite(table[name])])
@@ -172,7 +162,6 @@ def with_flags(roles: Mapping[str, Role], table: Table) -> dict[str, Role]:
 
 
 def plain(word: str) -> str:
-    """Return a word in small letters without accents."""
     text = unicodedata.normalize('NFKD', word.lower())
     return ''.join(sign for sign in text if not unicodedata.combining(sign))
 
@@ -207,7 +196,6 @@ def _unit(column: str) -> tuple[str, str, str]:
 
 
 def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
-    """Return the quantity that the words say, else a formula's letter or the unit alone."""
     meant = {MEANING[word] for word in words if word in MEANING}
     said = next((name for name in WORDS if name in meant), '')
     if said == 'position' and unit and not fits_quantity(unit, said):

@@ -73,16 +73,12 @@ def of_a_way(columns: Sequence[Column]) -> float:
 
 
 def are_counts(columns: Sequence[Column]) -> bool:
-    """Say whether all are whole numbers of at least 0, and none says less than a few of them."""
     known = np.concatenate([c[np.isfinite(c)] for c in columns])
     return bool((known >= 0).all() and (known == np.round(known)).all() and len({*known}) > 2)
 
 
 def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | None:
-    """Return the unit, of some, in which a speed is the change of its angle; None where none is.
-
-    Times [s], angles in SI and speeds have shape (T,).
-    """
+    """Return the unit in which a speed is the change of its angle in SI; None where none is."""
     ratio = _change_over_speed(t, q, dq)
     name = next((n for n in names if 1 / AGREES < ratio / units.parse(n).factor < AGREES), '')
     return Unit(name, f'in {name} it is the change of the position') if name else None
@@ -95,7 +91,6 @@ def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
 
 
 def _change_over_speed(t: Column, q: Column, dq: Column) -> float:
-    """Return how much faster positions change than the speed says; 0 where nothing moves."""
     rows = np.isfinite(t) & np.isfinite(q) & np.isfinite(dq)
     t, q, dq = t[rows], q[rows], dq[rows]
     if len(t) < 2 * SPANS:

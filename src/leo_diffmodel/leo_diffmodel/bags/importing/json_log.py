@@ -19,7 +19,6 @@ def read_json(log: Path, log_format: LogFormat, lines: bool = False) -> list[Tab
 
 
 def _content(log: Path, log_format: LogFormat, lines: bool = False) -> Any:
-    """Return what the text says; of lines, a record each, the list of them."""
     try:
         text = read_log_text(log, log_format.encoding)
         if lines:
@@ -41,7 +40,6 @@ def _each_once(log: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _guessed(log: Path) -> LogFormat:
-    """Say where most records are, else all rows that are lists, an episode each."""
     content = _content(log, LogFormat())
     found: dict[type, dict[str, int]] = defaultdict(dict)
     for name, value in arrays.flat(content if isinstance(content, dict) else {}):

@@ -47,7 +47,6 @@ class LogFormat(Fixed):
     order: list[str] = Field(default_factory=list)
 
     def named(self) -> frozenset[str]:
-        """The columns that a map names."""
         return frozenset()
 
 

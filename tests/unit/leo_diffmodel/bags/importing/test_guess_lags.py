@@ -14,43 +14,30 @@ GOAL = np.column_stack([np.sin(w * T) + 0.4 * np.sin(2.7 * w * T + w) for w in (
 LATE = np.vstack([GOAL[:1].repeat(6, axis=0), GOAL[:-6]]) * 0.95 + 0.002 * np.cos(99 * T)[:, None]
 
 
-def guessed(folder, arrays):
-    np.savez(folder / 'log.npz', t=T, **arrays)
-    text = guess_map(folder / 'log.npz', folder / 'map.yaml').read_text()
-    said = yaml.safe_load(text)
-    parts = said['joints'], said.get('inputs', {})
-    found = [{j: of['position']['column'] for j, of in part.items()} for part in parts]
-    return *found, text
-
-
 @pytest.mark.parametrize(
-    ('measured', 'goal'),
-    [('a', 'b'), ('b', 'a'), ('observation', 'act'), ('obs', 'action'), ('q', 'b'), ('b', 'goal')],
+    ('measured', 'goal', 'late'),
+    [
+        *(('a', 'b', LATE), ('b', 'a', LATE), ('obs', 'act', LATE), ('arr_0', 'arr_1', LATE)),
+        *(('q', 'b', LATE), ('b', 'goal', LATE), ('observation', 'action', -LATE[::-1])),
+    ],
 )
-def test_what_follows_is_measured(tmp_path, measured, goal):
-    joints, inputs, text = guessed(tmp_path, dict(sorted({measured: LATE, goal: GOAL}.items())))
-    assert [*joints.values()] == [f'{measured}[{k}]' for k in range(3)]
-    assert [*inputs.values()] == [f'{goal}[{k}]' for k in range(3)]
-    assert f'{measured}[0] to {measured}[2] do what {goal}[0] to {goal}[2] do 6 samples b' in text
-    import_logs([tmp_path / 'log.npz'], tmp_path / 'map.yaml', tmp_path / 'bag')
+def test_what_follows_is_measured_where_names_do_not_say_it(tmp_path, measured, goal, late):
+    log, goals = tmp_path / 'log.npz', GOAL if late is LATE else -GOAL[::-1]
+    np.savez(log, t=T, **dict(sorted({measured: late, goal: goals}.items())))
+    said = yaml.safe_load(guess_map(log, tmp_path / 'map.yaml').read_text())
+    found = [of['position']['column'] for p in ('joints', 'inputs') for of in said[p].values()]
+    assert found == [f'{name}[{k}]' for name in (measured, goal) for k in range(3)]
+    import_logs([log], tmp_path / 'map.yaml', tmp_path / 'bag')
 
 
-@pytest.mark.parametrize('scale', [1.0, 0.9])
-def test_where_neither_is_later_the_map_asks(tmp_path, scale):
-    _, _, text = guessed(tmp_path, {'a': GOAL, 'b': scale * GOAL})
+def test_where_neither_is_later_the_map_asks_and_what_moves_otherwise_is_none(tmp_path):
+    np.savez(tmp_path / 'log.npz', t=T, a=GOAL, b=0.9 * GOAL)
+    text = guess_map(tmp_path / 'log.npz', tmp_path / 'map.yaml').read_text()
     assert 'a[0] to a[2] and b[0] to b[2] do the same and neither is later: which was' in text
     with pytest.raises(UserError, match='fill in the unit of position in the column map'):
         import_logs([tmp_path / 'log.npz'], tmp_path / 'map.yaml', tmp_path / 'bag')
-
-
-def test_names_that_say_it_are_not_overruled(tmp_path):
-    joints, inputs, _ = guessed(tmp_path, {'action': LATE, 'observation': GOAL})
-    assert joints['joint0'] == 'observation[0]' and inputs['joint0'] == 'action[0]'
-    (tmp_path / 'map.yaml').unlink()
-    joints, inputs, text = guessed(tmp_path, {'q': GOAL, 'b': LATE})
-    assert joints['joint0'] == 'q[0]' and not inputs and 'counts as passive' in text
-
-
-def test_what_moves_otherwise_is_no_goal(tmp_path):
+    np.savez(tmp_path / 'log.npz', t=T, a=GOAL, b=GOAL[:, ::-1])
     with pytest.raises(UserError, match='columns have numbers and no names'):
-        guessed(tmp_path, {'a': GOAL, 'b': GOAL[:, ::-1]})
+        guess_map(tmp_path / 'log.npz', tmp_path / 'other.yaml')
+    np.savez(tmp_path / 'log.npz', t=T, q=GOAL, b=LATE)
+    assert 'counts as passive' in guess_map(tmp_path / 'log.npz', tmp_path / 'q.yaml').read_text()
