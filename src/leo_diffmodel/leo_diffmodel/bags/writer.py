@@ -63,10 +63,7 @@ _MOST = _FRAME.size + _CHUNK.size
 
 
 class ChunksOfFile:
-    """Chunk indices of mcap's Writer, whose list would grow on: from the chunks' heads again.
-
-    `read` takes an offset in the file and how many bytes at most.
-    """
+    """Chunk indices of mcap's Writer, whose list would grow on: read from the chunks' heads."""
 
     def __init__(self, read: Callable[[int, int], bytes]) -> None:
         self._read = read

@@ -18,9 +18,11 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.yaml_file import shown
 
-from .log_format import Column, each_once, LogFormat, named, number_of, numbered, Reader, Table
+from .log_format import Column, each_once, LogFormat, number_of, numbered, Reader, Table
 
+MOST_NAMED, LONG = 40, 99  # names in a line, letters of one
 WIDEST = 128  # a matrix of more columns than a robot has sensors is something else
 TO_DO = 'cut them to one length, or save each rate with its time as a file and say --join'
 _EPISODE = re.compile(
@@ -161,8 +163,8 @@ def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Tab
 
     Numbers next to them are columns of one value; texts, pictures and ragged lists are left out.
     """
-    arrays, named = _arrays(content, log_format.order), log_format.named()
-    counts = {len(values): name for name, values in arrays.items() if name in named}
+    arrays, of_map = _arrays(content, log_format.order), log_format.named()
+    counts = {len(values): name for name, values in arrays.items() if name in of_map}
     if len(counts) > 1:
         (one, first), (other, second) = list(counts.items())[:2]
         raise UserError(f'{log}: {first} has {one} values and {second} {other}; {TO_DO}')
@@ -184,6 +186,12 @@ def left_out(content: Any) -> list[str]:
     have = ' or '.join(map(str, sorted({*shorter.values()})))
     why = f'{have} values and not {longest}, so left out; {TO_DO}'
     return [f'{named(shorter)}: {why}'] if shorter else []
+
+
+def named(names: Iterable[str]) -> str:
+    listed = [repr(name) if len(name) < LONG else shown(name) for name in names]
+    more = len(listed) - MOST_NAMED
+    return ', '.join(listed[:MOST_NAMED]) + (f' and {more} more' if more > 0 else '')
 
 
 def _arrays(content: Mapping[str, Any], order: Sequence[str]) -> Table:

@@ -18,6 +18,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
+from .arrays_log import named
 from .calibration import ARM, calibration_beside
 from .guess_columns import choose, Columns, INPUTS, known_robot, KnownRobot
 from .guess_constants import constant_lines
@@ -26,7 +27,7 @@ from .guess_lags import with_goals
 from .guess_roles import as_taken, roles_of, with_flags
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
-from .log_format import LogFormat, named, Table
+from .log_format import LogFormat, Table
 from .tables import read_tables, reader_of
 
 
@@ -37,10 +38,7 @@ def guess_map(
     ref: str = '',
     join: bool = False,
 ) -> Path:
-    """Write a column map for a log, or for several that are parts of one run; return its path.
-
-    The robot that was logged may be known, and `ref` is its name or folder, for the map.
-    """
+    """Write a column map for a log, or parts of one run; `ref` is the robot's name or folder."""
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')
     paths = [logs] if isinstance(logs, Path) else list(logs)
@@ -103,8 +101,8 @@ def _lines(
     head = {name: table[name] for name in table if name not in chosen.used}
     found = list(constant_lines(head, robot))
     yield from _constants(found)
-    said = {entry['column'] for _, entry, _ in found}
-    unused = named(name for name in head if name not in said)
+    constants = {entry['column'] for _, entry, _ in found}
+    unused = named(name for name in head if name not in constants)
     yield f'# not used: {unused or "nothing"}'
 
 

@@ -37,9 +37,9 @@ def with_goals(roles: Roles, table: Table) -> Goals:
     known = {(role.quantity, role.is_goal) for role in roles.values()}
     is_said = ('position', False) in known and known & {*DRIVEN_BY}
     short = len(next(iter(table.values()))) < 2 * LATEST
-    found = [(_left(*each, table), *each) for each in ([] if is_said or short else _pairs(roles))]
-    left, *best = min(found, default=(np.inf, (), ()))
-    return _told(dict(roles), *best, table) if left < OTHER else Goals(dict(roles))
+    pairs = [] if is_said or short else _pairs(roles)
+    left, a, b = min(((_left(*p, table), *p) for p in pairs), default=(np.inf, (), ()))
+    return _told(dict(roles), a, b, table) if left < OTHER else Goals(dict(roles))
 
 
 def _pairs(roles: Roles) -> list[tuple[Names, Names]]:
@@ -52,8 +52,8 @@ def _pairs(roles: Roles) -> list[tuple[Names, Names]]:
         if len(a) == len(b) and len(differ) == 1 and is_open:
             (k,) = differ
             found[k - len(a), a[k], b[k]].append((one, other))
-    named = [found[at, *two] for at, *two in found if at < -1 or not two[0].isdecimal()]
-    return [tuple(zip(*pairs, strict=True)) for pairs in named]
+    named = [rows for (at, word, _), rows in found.items() if at < -1 or not word.isdecimal()]
+    return [(tuple(a for a, _ in rows), tuple(b for _, b in rows)) for rows in named]
 
 
 def _told(roles: dict[str, Role], goals: Names, measured: Names, table: Table) -> Goals:

@@ -64,10 +64,7 @@ def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
 def joined(
     logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None
 ) -> tuple[list[Table], str]:
-    """Return the joined tables of files, one for each episode, and how they were joined.
-
-    `time` is the column of the map; by default what is named as a time and rises.
-    """
+    """Return the joined tables of files, one for each episode, and how they were joined."""
     if len({len(tables) for _, tables in logs}) > 1:
         counts = {log.name: len(tables) for log, tables in logs}
         raise UserError(f'parts of one run differ in their number of episodes: {counts}')

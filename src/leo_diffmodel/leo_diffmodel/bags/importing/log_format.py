@@ -2,7 +2,7 @@
 """What each format of logs has: a reader of tables, what a column map says, names of columns."""
 
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime, UTC
@@ -23,7 +23,6 @@ from ..types import Floats
 
 Column = Floats
 Table = dict[str, Column]  # columns by name, all of one length
-MOST_NAMED, LONG = 40, 99  # names in a line, letters of one
 _INDEX = re.compile(r'\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\]')
 
 
@@ -47,6 +46,7 @@ class LogFormat(Fixed):
     order: list[str] = Field(default_factory=list)
 
     def named(self) -> frozenset[str]:
+        """The columns that a map names."""
         return frozenset()
 
 
@@ -116,12 +116,6 @@ def each_once(names: Sequence[str], where: str) -> None:
                 f'{where}: {shown(name)} is the name of columns {places}; rename '
                 'them, or name all columns in the column map (header: [...])'
             )
-
-
-def named(names: Iterable[str]) -> str:
-    listed = [repr(name) if len(name) < LONG else shown(name) for name in names]
-    more = len(listed) - MOST_NAMED
-    return ', '.join(listed[:MOST_NAMED]) + (f' and {more} more' if more > 0 else '')
 
 
 def without_infinite(values: Column) -> Column:
