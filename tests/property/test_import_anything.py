@@ -145,12 +145,7 @@ whole = st.builds(
 @SETTINGS
 @given(
     st.one_of(
-        records,
-        columns,
-        whole,
-        rows,
-        st.fixed_dictionaries({'a': records}),
-        cells,
+        *(records, columns, whole, rows, cells, st.fixed_dictionaries({'a': records})),
         st.fixed_dictionaries({'a': rows, 'b': rows}),
     ),
     st.sampled_from(PLACES),
@@ -164,12 +159,8 @@ def test_any_json(content, place, fields):
 @pytest.mark.parametrize(
     'text',
     [
-        '[' * 100_000,
-        '[' * 100_000 + ']' * 100_000,
-        '{"t":' * 100_000,
-        '9' * 1_000_000,
-        '[{"t": ' + '9' * 5000 + '}]',
-        '[{"t": ' + '9' * 400 + ', "q": 1}]',
+        *('[' * 100_000, '[' * 100_000 + ']' * 100_000, '{"t":' * 100_000, '9' * 1_000_000),
+        *('[{"t": ' + '9' * 5000 + '}]', '[{"t": ' + '9' * 400 + ', "q": 1}]'),
     ],
 )
 def test_deep_and_long_json(text):
@@ -190,26 +181,16 @@ def test_any_time(start, step):
 @pytest.mark.parametrize(
     'changed',
     [
-        {'delimiter': ''},
-        {'delimiter': ';;'},
-        {'delimiter': '\n'},
-        {'delimiter': '\x00'},
-        {'header': []},
-        {'header': ['t', 't', 't', 't']},
-        {'header': ['', 'q', 'dq', 'u']},
-        {'time': {'period': 1e-320}},
-        {'time': {'period': 1e300}},
-        {'time': {'period': 5e8}},
+        *({'delimiter': sign} for sign in ('', ';;', '\n', '\x00')),
+        *({'header': names} for names in ([], ['t', 't', 't', 't'], ['', 'q', 'dq', 'u'])),
+        *({'time': {'period': seconds}} for seconds in (1e-320, 1e300, 5e8)),
         {'time': {'column': 't', 'unit': 'm'}},
-        {'columns': {'': 'q'}},
-        {'columns': {'q': 'q' * 9}},
+        *({'columns': {'': 'q'}}, {'columns': {'q': 'q' * 9}}),
         {'joints': {'': {'position': 'q'}}},
         {'joints': {'pivot\n': {'position': 'q'}}, 'inputs': {}},
         {'joints': {'pivot': {'position': {'column': 'q', 'scale': 1e308, 'unit': 'deg'}}}},
         {'joints': {'pivot': {'position': {'expression': '(' * 300 + 'q' + ')' * 300}}}},
-        {'format': 'mat'},
-        {'format': 'json'},
-        {'fields': {'t': ''}},
+        *({'format': 'mat'}, {'format': 'json'}, {'fields': {'t': ''}}),
     ],
 )
 def test_any_map(changed):
@@ -249,14 +230,6 @@ def evaluated(text: str) -> None:
 
 @settings(max_examples=600, deadline=None)
 @given(expressions)
-@example('0/0*q')
-@example('where(q)')
-@example('abs(q, q)')
-@example('max(q, n, q)')
-@example('unwrap(1)')
-@example('1 % 0')
-@example('q()')
-@example('abs(*[q, q])')
 def test_any_expression(text):
     evaluated(text)
 
@@ -270,13 +243,10 @@ def test_any_text_as_expression(text):
 @pytest.mark.parametrize(
     'text',
     [
-        '+'.join(['q'] * 20_000),
-        '-' * 100_000 + 'q',
-        '(' * 10_000 + 'q' + ')' * 10_000,
-        'abs(' * 5_000 + 'q' + ')' * 5_000,
-        '9' * 1_000_000,
-        '**'.join(['q'] * 3_000),
-        ' ' * 10**6 + 'q',
+        *('+'.join(['q'] * 20_000), '-' * 100_000 + 'q', '(' * 10_000 + 'q' + ')' * 10_000),
+        *('abs(' * 5_000 + 'q' + ')' * 5_000, '9' * 1_000_000, '**'.join(['q'] * 3_000)),
+        *(' ' * 10**6 + 'q', '0/0*q', 'where(q)', 'abs(q, q)', 'max(q, n, q)', 'unwrap(1)'),
+        *('1 % 0', 'q()', 'abs(*[q, q])'),
     ],
 )
 def test_long_and_deep_expressions(text):

@@ -36,10 +36,7 @@ class Run:
 
 
 def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -> Path:
-    """Write runs to a new bag, one episode each, on one continuous clock that starts at 0.
-
-    Raises UserError where the folder cannot be made, or stamps cannot say so long a time.
-    """
+    """Write runs to a new bag, one episode each, on one continuous clock that starts at 0."""
     with whole_bag(folder, metadata) as writer:
         _write(writer, runs)
     return folder

@@ -50,8 +50,6 @@ class TopicLog:
 
 @dataclass(frozen=True)
 class BagContents:
-    """A bag in memory."""
-
     path: Path
     files: tuple[Path, ...]  # MCAP or SQLite, in order
     topics: Mapping[str, TopicLog]  # by name
@@ -68,7 +66,6 @@ class BagContents:
 
 
 def robot_of(bag: Path, named: str = '') -> str:
-    """The model that is named, else the robot that a bag says it is of; UserError without both."""
     name = named or load(bag).metadata.get('leo', {}).get('robot', '')
     if not name:
         raise UserError(f'{bag} does not say which robot it is of; name it with --model')
@@ -114,7 +111,6 @@ def _load_file(
 
 
 def logged(message: Message) -> Logged:
-    """Take what counts of a record; its log time where it does not say when it was published."""
     published = message.publish_time if 0 < message.publish_time <= _LATEST else message.log_time
     return Logged(message.log_time, message.data, published)
 
@@ -130,11 +126,7 @@ def find_databases(path: Path) -> tuple[Path, ...]:
 
 
 def _load_database(path: Path, topics: dict[str, TopicLog]) -> int:
-    """Add what a SQLite file holds in CDR, up to where it is damaged, or cut.
-
-    Returns how many of its rows are no message, and 1 more where it ends too early. Raises
-    UserError where it is no rosbag2 file, or one of too many topics.
-    """
+    """Add what a SQLite file holds in CDR, up to where it is damaged; return how much is."""
     try:
         with closing(_opened(path)) as database:
             rows = database.execute(_TOPICS).fetchall()
@@ -147,7 +139,6 @@ def _load_database(path: Path, topics: dict[str, TopicLog]) -> int:
 
 
 def _opened(path: Path) -> sqlite3.Connection:
-    """Open a file to read it; what a killed recorder left in its -wal is read, too."""
     with path.open('rb') as stream:
         is_cut = _pages(stream.read(_HEADER))[0] > path.stat().st_size
     if is_cut:
@@ -194,7 +185,6 @@ def _pages(header: bytes) -> tuple[int, int]:
 
 
 def _shortened(data: bytes) -> bytes:
-    """Return a database that was cut as one of the pages that are left, without a -wal."""
     _, size = _pages(data[:_HEADER])
     count = len(data) // max(size, 1)
     head = data[:18] + b'\1\1' + data[20:28] + count.to_bytes(4, 'big')

@@ -28,10 +28,9 @@ def cut_bag(
 ) -> int:
     """Write what lies between `begin` and `end` and in none of the stretches `out`.
 
-    Times count from the first joint state [s], as recordings do; they are those at which messages
-    were logged. Of a latched topic, and of the episode number, the last message before the part is
-    kept too, logged where the part begins. Raises UserError where there is no bag, or nothing in
-    it then, or the new folder exists. Returns how many messages were written.
+    Times count from when the first joint state was logged [s]. Of a latched topic, and of the
+    episode number, the last message before the part is kept too, logged where the part begins.
+    Returns how many messages were written.
     """
     low, high = check(begin, end)
     contents = load(path)
@@ -69,7 +68,6 @@ def _chosen(
 
 
 def write_contents(contents: BagContents, new: Path) -> int:
-    """Write what is in memory as a bag; return how many messages it has."""
     rows = []
     with whole_bag(new, contents.metadata.get('leo')) as writer:
         for topic in contents.topics.values():

@@ -54,7 +54,6 @@ def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
 
 
 def input_channels(robot: Robot, kind: str) -> list[Channel]:
-    """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
     channels = []
     for motor in robot.actuators:
         most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': motor.stall}[kind]
@@ -83,7 +82,6 @@ def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.
 
 
 def _channels(robot: Robot, seconds: float) -> tuple[list[Channel], list[Channel], list[Channel]]:
-    """Positions, velocities and efforts of a robot's joints, of so long a recording [s]."""
     unit, force = lengths(robot), {'m': 'N', 'rad': 'N m'}
     speed = dict.fromkeys(unit, FAST)
     for motor in robot.actuators:

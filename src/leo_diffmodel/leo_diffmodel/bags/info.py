@@ -54,8 +54,6 @@ class EpisodeInfo:
 
 @dataclass(frozen=True)
 class BagInfo:
-    """Summary of a bag."""
-
     path: Path
     state: str  # a key of `_STATES`
     size: int  # bytes
@@ -72,7 +70,6 @@ class BagInfo:
 
 
 def bag_info(path: Path) -> BagInfo:
-    """Finish a bag if nobody is writing it and return what is in it."""
     try:
         state = finish_bag(path).value
     except OSError:
@@ -121,7 +118,6 @@ def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog | None, tu
 
 
 def _joints(topic: TopicLog) -> tuple[str, ...]:
-    """Names of the joints of all publishers on a topic, in the order in which they come."""
     messages = (message for _, message in deserialize(topic, JOINT_STATE))
     often = Counter((m.header.frame_id, *m.name) for m in messages)  # which keeps their order
     kinds = (names for (_, *names), n in often.items() if n >= FEWEST or len(often) == 1)
@@ -131,7 +127,6 @@ def _joints(topic: TopicLog) -> tuple[str, ...]:
 def _parts(
     contents: BagContents, states: StateLog
 ) -> tuple[float, tuple[EpisodeInfo, ...], Mapping[str, int]]:
-    """Rate of the states [Hz], episodes, and how often each kind of break came."""
     segments = split(states, contents.topics.get(DEFAULT_NAMES['episode']))
     steps = np.diff(states.stamp_ns)
     rate = float(1e9 / np.median(steps[steps > 0])) if (steps > 0).any() else 0.0

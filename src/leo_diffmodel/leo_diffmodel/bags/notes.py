@@ -25,10 +25,7 @@ _SHOWN = 3
 def notes_of(
     bag: RobotBag, states: StateLog, segments: Segments, inputs: InputLog | None, used: int
 ) -> tuple[str, ...]:
-    """Return a line for all that was left out, mended, split or passed over.
-
-    `used` is how many states are in an episode.
-    """
+    """Return a line for all that was left out, mended or passed over; of `used` states."""
     found = [*_of_states(bag, states, segments, used), *_of_inputs(bag, states, inputs)]
     return tuple(f'{bag.path}: {text}' for text in found)
 
@@ -104,7 +101,6 @@ def _passed_over(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None
 
 
 def _unread(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None) -> Iterator[str]:
-    """Topics that look like commands, where no topic says what was applied."""
     if inputs is None or inputs.source in {topic.name for topic in applied}:
         return
     source = bag.contents.topics.get(inputs.source.split(', ')[0])

@@ -22,14 +22,10 @@ _HINTS = {
 }
 """How a topic map says of a type what it is."""
 _OTHERS = (
-    'std_msgs/msg/Float64',
-    'std_msgs/msg/Float32',
-    'std_msgs/msg/Float32MultiArray',
-    'std_msgs/msg/Int16MultiArray',
-    'std_msgs/msg/Int32MultiArray',
+    *(f'std_msgs/msg/{name}' for name in ('Float64', 'Float32', 'Float32MultiArray')),
+    *(f'std_msgs/msg/Int{bits}MultiArray' for bits in (16, 32)),
+    *(f'control_msgs/msg/{name}' for name in ('JointJog', 'MultiDOFCommand')),
     'control_msgs/msg/DynamicInterfaceGroupValues',
-    'control_msgs/msg/JointJog',
-    'control_msgs/msg/MultiDOFCommand',
 )
 """Types of commands that are not read."""
 
@@ -63,7 +59,6 @@ def _goals(bag: RobotBag) -> TopicLog | None:
 
 
 def unread_commands(bag: RobotBag, source: str = '') -> list[TopicLog]:
-    """The topics that look like commands of this robot, other than those that are its input."""
     taken = {*source.split(', '), bag.map.topics.get('joint_states')}
     topics = (topic for topic in bag.contents.topics.values() if topic.name not in taken)
     return [topic for topic in topics if _looks_like_one(topic, bag.motors)]

@@ -97,7 +97,6 @@ def held_each_way(
 
 
 def _states(bag: RobotBag) -> StateLog:
-    """The joint states, filtered; refuse a bag without any that are of use."""
     contents = bag.contents
     if not contents.message_count:
         empty = contents.finished or not any(file.stat().st_size for file in contents.files)
@@ -139,7 +138,6 @@ def _episodes(
 def _episode(
     states: StateLog, part: slice, held: Held | None, actuators: int, time_scale: float
 ) -> Episode | None:
-    """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
         first = held[0][0] if len(held[0]) else np.iinfo(np.int64).max
         part = slice(part.start + int((states.stamp_ns[part] < first).sum()), part.stop)
@@ -185,7 +183,6 @@ def _command_period(bag: RobotBag, states: StateLog, inputs: InputLog | None) ->
 
 
 def _commanded(topic: TopicLog, states: StateLog) -> float:
-    """Return the median distance of commands [s] in the time of the states around them."""
     logged = np.array([message.log_ns for message in topic.messages], dtype=np.int64)
     start = states.log_ns[0]
     stamps = states.stamp_ns - states.stamp_ns[0]

@@ -101,7 +101,6 @@ def _note(
 
 
 def _where(q: Floats, rate: Floats, at: NDArray[np.intp], t: Floats) -> str:
-    """Say whether spikes come at one angle of the turn: an encoder's zero."""
     way = np.abs(rate) * np.gradient(t)  # rad from sample to sample
     near = float(way[at].max())
     angle = np.exp(1j * q[at])

@@ -78,8 +78,6 @@ class JointMap(Fixed):
 
 
 class TopicMap(Fixed):
-    """Names, signs and timing of a foreign bag."""
-
     topics: dict[Role, str] = Field(default_factory=dict)
     joints: dict[str, JointMap] = Field(default_factory=dict)
     input: Literal['auto', Input, 'effort', 'none'] = 'auto'
@@ -116,8 +114,6 @@ class TopicMap(Fixed):
 
 @dataclass(frozen=True)
 class RobotBag:
-    """A bag, the robot that it is read for, and how it maps to that."""
-
     contents: BagContents
     robot: Robot
     map: TopicMap
@@ -144,11 +140,7 @@ def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
 def find_topic(
     contents: BagContents, role: Role, topic_map: TopicMap, name: str | None = None
 ) -> TopicLog | None:
-    """Return the topic that plays a role, or None; refuse another type, and several that fit.
-
-    The name is the map's, else the default one, else that of the only topic of the right type that
-    ends in it (a namespace).
-    """
+    """Return the topic of a role: that of the map, else the only one whose name ends in it."""
     if role in topic_map.topics:
         return _named(contents, topic_map.topics[role], TYPES[role])
     default = name or DEFAULT_NAMES[role]

@@ -20,8 +20,6 @@ from leo_diffmodel.explain.select.sets import holds
 
 @dataclass(frozen=True)
 class Ladder:
-    """Every law fitted, and how they compare."""
-
     rungs: tuple[tuple[Rung, Scored], ...]
     """Those that the robot can have, with what each leaves; from the lowest on."""
     weight: Weight  # what a nat counts
@@ -36,7 +34,6 @@ class Ladder:
 
     @property
     def rivals(self) -> list[Rung]:
-        """Laws that predict as well as the chosen one, or better but not surely so."""
         return [r for r, s in self.rungs if self.verdict(s) in ('as good', 'perhaps better')]
 
     @property
@@ -45,7 +42,6 @@ class Ladder:
         return _bare(self.chosen[1].fit)
 
     def verdict(self, scored: Scored) -> str:
-        """How a law compares with the chosen one, in two words."""
         _, best = self.chosen
         if scored is best:
             return 'chosen'
@@ -58,7 +54,6 @@ class Ladder:
     def alone(
         self, fits: Smooth, pool: Sequence[Candidate], progress: Progress
     ) -> list[tuple[Scored, bool]]:
-        """The chosen law with each effect of a pool, and whether it surely predicts better."""
         _, best = self.chosen
         found = fits.with_each(best.at, pool, progress)
         limit = max(self.limit, found.threshold)
@@ -71,10 +66,7 @@ class Ladder:
 
 
 def climb(fits: Smooth, rich: Estimate, pool: Mapping[str, Candidate], report: Progress) -> Ladder:
-    """Fit each law with the other effects of `rich`, a hypothesis that holds friction of any kind.
-
-    The chosen law and its rivals are brought to the least loss that several starts find.
-    """
+    """Fit each law with the other effects of `rich`; the chosen one and its rivals to the end."""
     bare = _bare(rich.fit)
     at = {RUNGS[0].name: fits.refitted(rich, bare.hypothesis, bare.theta)}
     while level := [r for r in RUNGS if r.on in at and r.name not in at and r.effect in pool]:
@@ -101,7 +93,6 @@ def _compared(fits: Smooth, at: Mapping[str, Estimate]) -> Ladder:
 
 
 def _bare(fitted: Fit) -> Fit:
-    """A fit with friction left out, all else as it is."""
     full = fitted.hypothesis
     rest = tuple(c for c in full.candidates if c.effect.name not in FRICTION)
     part = replace(full, candidates=rest)
@@ -131,7 +122,6 @@ def _values(begun: Fit, rich: Fit) -> np.ndarray:
 
 
 def added(fits: Smooth, at: Estimate, candidate: Candidate, progress: Progress) -> Estimate:
-    """One effect more, from where a scan points."""
     found = fits.with_each(at, [candidate], progress).larger
     return min(found, key=lambda e: float(e.fit.loss[e.problem.train].sum()))
 

@@ -38,8 +38,6 @@ RECORD = 'record the motion that leo datasheet --motion writes'
 
 @dataclass(frozen=True)
 class Measured:
-    """A motor's recordings, fitted."""
-
     model: Model  # whose constants of the motor were open
     joint: str
     posed: Posed
@@ -62,7 +60,6 @@ def measure(
     """Fit the constants of the motor at a joint, its friction, and what else it does.
 
     The motor's constants are open, whatever the model says of them; arm and load are known.
-    UserError without such a motor, of a log with faults, and of too little data or motion.
     """
     model = opened(with_known(model, recordings), joint)
     data, notes = _usable(recordings, model)
@@ -108,7 +105,6 @@ def _open(constant: Constant, robot: Robot) -> Constant:
 
 
 def is_of_motor(candidate: Candidate, joint: str, robot: Robot) -> bool:
-    """Whether an effect is of the motor, gear or sensor at a joint, and no open constant."""
     effect = candidate.effect
     same = settings.THE_SAME if robot.has_motor_law else settings.THE_SAME[-1:]
     here = candidate.where == joint or (candidate.where == 'all' and effect.late)
@@ -135,7 +131,6 @@ def _posed(data: Recordings, model: Model) -> Posed:
 
 
 def _rich(fits: Smooth, pool: Sequence[Candidate], reporter: Progress) -> Estimate:
-    """Friction of every common kind, and each other effect that surely predicts better then."""
     problem, named = fits.posed.problem, {c.effect.name: c for c in pool}
     at = fits.first(Hypothesis(constants=uncertain(problem.base, problem.trained)))
     for name in settings.COMMON:
@@ -152,10 +147,8 @@ def _rich(fits: Smooth, pool: Sequence[Candidate], reporter: Progress) -> Estima
 def last_fit(problem: Problem, fitted: Fit) -> Fit:
     """A fit made again with finer and finer steps, and what the last one leaves taken off.
 
-    A log of a minute tells a constant to a few parts in ten thousand, and the scheme is of first
-    order: what a step of 1.25 ms was off by moved a rotor inertia by eight standard errors. A
-    quarter of a step leaves a quarter of that, a third of what the change moved a value
-    (Richardson 1911). It goes into the value, and as much into its error.
+    A step of 1.25 ms moved a rotor inertia by eight errors. A quarter of it leaves a quarter of
+    that, a third of what the change moved a value (Richardson 1911), which goes into its error.
     """
     for power in range(1, settings.MOST_FINER + 1):
         before, fitted = fitted, _stepped(problem, fitted, settings.FINER**power)

@@ -25,10 +25,9 @@ GOALS = 1.2
 
 
 def motion(model: Model, joint: str) -> Run:
-    """75 s of the motor at a joint, the others at rest, 0 V, or their goals at rest.
+    """75 s of the motor at a joint, the others at rest, as mild as keeps off the stops.
 
-    It gets milder until the model predicts that it keeps off the stops. Where no milder one does
-    it is the full one, and `about` says what that runs into.
+    Where none does it is the full one, and `about` says what that runs into.
     """
     parts, lead = _parts(model.robot, joint)
     about = f'the standard motion of a data sheet at {joint}: {", ".join(PARTS)}'
@@ -47,7 +46,6 @@ def _parts(robot: Robot, joint: str) -> tuple[list[Run], int]:
 
 
 def _joined(parts: Sequence[Run], lead: int) -> Run:
-    """One after the other; only the first is led to where it goes around."""
     inputs, enabled, around = (
         np.concatenate([getattr(run, of)[lead * (k > 0) :] for k, run in enumerate(parts)])
         for of in ('inputs', 'enabled', 'around')
@@ -56,7 +54,6 @@ def _joined(parts: Sequence[Run], lead: int) -> Run:
 
 
 def _tamed(runs: Sequence[Run], model: Model) -> list[Run]:
-    """Milder runs that keep off the stops, at any speed and input."""
     robot, far = model.robot, np.full(len(model.robot.joint_names), np.inf)
     anything = Seen(-robot.limits, robot.limits, far, -far, far, 1.0 / robot.state_rate)
     return [run for run in tamed(runs, [model], anything)[0] if isinstance(run, Run)]

@@ -21,7 +21,6 @@ GIVEN = ('supply', 'limit', 'position_gain', 'rate_gain', 'resolution', 'goal_ra
 
 
 def sheet(found: Measured) -> dict[str, Any]:
-    """All of it in plain values."""
     rung, final = found.ladder.chosen[0], found.final
     headline = found.held.headline
     return {
@@ -55,7 +54,6 @@ def _left(found: Measured) -> Iterator[str]:
 
 
 def _given(found: Measured) -> Iterator[tuple[str, dict[str, Any]]]:
-    """What is taken as it is: figures of the motor that are not open, and the load."""
     robot, values = found.model.robot, found.model.constants
     links = [f'links.{joint.child}.mass' for joint in robot.joints if joint.name == found.joint]
     for path in (*(f'actuators.{found.joint}.{figure}' for figure in GIVEN), *links):
@@ -65,7 +63,6 @@ def _given(found: Measured) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
-    """A law with its values, its held-out error, and how it compares with the chosen one."""
     ladder, fitted = found.ladder, scored.fit
     _, best = ladder.chosen
     certificate = fitted.certificate
@@ -81,13 +78,11 @@ def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
 
 
 def _alone(fitted: Fit, better: bool) -> dict[str, Any]:
-    """An effect that the chosen law does without: the most it can be, or that it may be there."""
     last = len(fitted.hypothesis.candidates) - 1
     return {**effect_row(fitted, last), 'predicts_better': better}
 
 
 def _not_known(fitted: Fit) -> Iterator[dict[str, Any]]:
-    """Values with too wide an interval, and what they can be exchanged with."""
     names, errors_of = _names(fitted), fitted.standard_errors
     scale = np.where(errors_of > 0, errors_of, 1.0)
     alike = fitted.covariance / np.outer(scale, scale) - np.eye(len(scale))

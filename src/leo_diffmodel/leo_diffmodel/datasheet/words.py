@@ -10,7 +10,6 @@ Data = Mapping[str, Any]
 
 
 def figures(data: Data) -> list[tuple[str, str, str]]:
-    """Name, value and note of everything but the friction: constants first, then what it does."""
     traded = {row['name']: _unknown(row) for row in data['not_known']}
     rows = [(p, estimate(c), traded.get(p, '')) for p, c in data['constants'].items()]
     rows += [
@@ -48,7 +47,6 @@ def _not_needed(row: Data) -> tuple[str, str, str]:
 
 
 def friction(data: Data) -> str:
-    """The law that the data ask for, its values, and what is as good."""
     chosen = data['friction']
     values = '; '.join(values_of(chosen['effects'])) or 'no friction beyond the robot file'
     good = (row for row in data['ladder'] if row['law'] in chosen['rivals'])
@@ -58,7 +56,6 @@ def friction(data: Data) -> str:
 
 
 def values_of(effects: Sequence[Data]) -> list[str]:
-    """Each parameter of some effects, with the effect's name before it."""
     return [f'{e["name"]} {text}' for e in effects for text in estimates(e['parameters'])]
 
 
@@ -67,7 +64,6 @@ def errors_in_words(errors: Mapping[str, float]) -> str:
 
 
 def beside(sheets: Sequence[Data]) -> Iterator[list[str]]:
-    """Rows of several sheets: a figure's name and its value in each."""
     columns = [dict(_compared(data)) for data in sheets]
     for name in dict.fromkeys(name for column in columns for name in column):
         yield [name, *(column.get(name, '–') for column in columns)]

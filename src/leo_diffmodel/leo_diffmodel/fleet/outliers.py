@@ -28,10 +28,9 @@ Off = Callable[[Figure], float | None]
 
 
 def fleet(answers: Mapping[str, dict], off: Off) -> list[dict[str, Any]]:
-    """A row for each figure that any robot has; answers are contents of explain.json.
+    """A row for each figure that any robot has, those that most differ in first.
 
-    A robot whose data would have shown an effect that was not named has its value `off`, without
-    an interval. Those that most robots differ in come first.
+    A robot whose data would have shown an effect that was not named has its value `off`.
     """
     searched = {name: a for name, a in answers.items() if a['effects'] or a['hypotheses']}
     found = {name: dict(_figures(answer)) for name, answer in searched.items()}
@@ -59,7 +58,6 @@ def _value(row: dict) -> dict:
 
 
 def _seen(answer: dict, what: str) -> bool:
-    """Whether the data would have shown it."""
     return what not in {f'{row["name"]}:{row["where"]}' for row in answer['not_testable']}
 
 
@@ -73,6 +71,5 @@ def _row(figure: Figure, robots: Mapping[str, dict]) -> dict[str, Any]:
 
 
 def _stands_out(robot: dict, median: float, spread: float) -> bool:
-    """Off the median by more than its interval and the spread of the fleet allow."""
     low, high = robot['ci95'] or (robot['value'], robot['value'])
     return not low <= median <= high and abs(robot['value'] - median) > SPREADS * spread

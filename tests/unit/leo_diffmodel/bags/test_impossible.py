@@ -75,12 +75,8 @@ def test_one_value_that_no_robot_has_is_left_out_and_told(name, value, told, sig
 @pytest.mark.parametrize(
     ('name', 'unit'),
     [
-        ('q', 180 / np.pi),
-        ('q', 4096 / (2 * np.pi)),
-        ('dq', 180 / np.pi),
-        ('dq', 1000.0),
-        ('dq', 60 / (2 * np.pi)),
-        ('effort', 1000.0),
+        *(('q', 180 / np.pi), ('q', 4096 / (2 * np.pi)), ('dq', 180 / np.pi), ('dq', 1000.0)),
+        *(('dq', 60 / (2 * np.pi)), ('effort', 1000.0)),
     ],
 )
 def test_a_channel_in_another_unit_stays(name, unit, tmp_path):

@@ -13,12 +13,8 @@ from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
 MOTORS = [
-    ('pendulum', 'pivot'),
-    ('servo_pendulum', 'pivot'),
-    ('torque_pendulum', 'pivot'),
-    ('xl330_pendulum', 'pivot'),
-    ('double_pendulum', 'shoulder'),
-    ('so101', 'gripper'),
+    *(('pendulum', 'pivot'), ('servo_pendulum', 'pivot'), ('torque_pendulum', 'pivot')),
+    *(('xl330_pendulum', 'pivot'), ('double_pendulum', 'shoulder'), ('so101', 'gripper')),
     ('so101', 'elbow_flex'),
 ]
 

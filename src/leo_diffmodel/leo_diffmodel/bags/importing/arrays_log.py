@@ -18,10 +18,13 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.yaml_file import shown
 
-from .log_format import Column, each_once, LogFormat, number_of, numbered, Table
+from .log_format import Column, each_once, LogFormat, number_of, numbered, Reader, Table
 
+MOST_NAMED, LONG = 40, 99  # names in a line, letters of one
 WIDEST = 128  # a matrix of more columns than a robot has sensors is something else
+TO_DO = 'cut them to one length, or save each rate with its time as a file and say --join'
 _EPISODE = re.compile(
     r'(?:.*\.)?(?:demo|episode|ep|run|rollout|trajectory|traj|trial)_?(\d+)\.(.+)'
 )
@@ -34,7 +37,6 @@ def steps(place: str) -> list[str]:
 
 
 def follow(content: Any, place: str, log: Path) -> Any:
-    """Return what is at a place without `[*]`; an error says what there is instead."""
     value = content
     for step in steps(place):
         try:
@@ -46,7 +48,6 @@ def follow(content: Any, place: str, log: Path) -> Any:
 
 
 def into(value: Any, step: str) -> Any:
-    """Return what one step leads to; raises what indexing raises."""
     if not step.startswith('['):
         return value[step]
     if ',' not in step:
@@ -70,7 +71,6 @@ def is_number(value: Any) -> bool:
 
 
 def number(value: Any) -> float:
-    """Return a number of a record, NaN for what is missing, null or none."""
     try:
         return float(value) if is_number(value) else math.nan
     except OverflowError:
@@ -81,14 +81,17 @@ def filled(numbers: Mapping[str, float], count: int) -> Table:
     return {name: np.full(count, value, dtype=float) for name, value in numbers.items()}
 
 
-def tree(group: Any, names: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
-    """Return groups as dicts, and arrays that may be columns; not what does not open."""
+def tree(
+    group: Any, names: Callable[[Any], Iterable[str]], above: Sequence[Any] = ()
+) -> dict[str, Any]:
+    """Return groups as dicts, each but once inside itself, and arrays that may be columns."""
     found: dict[str, Any] = {}
     for name in names(group):
         with suppress(KeyError, TypeError, ValueError):
             node = group[name]
             if not hasattr(node, 'shape'):
-                found[name] = tree(node, names)
+                inside = (*above, group)
+                found |= {} if node in inside else {name: tree(node, names, inside)}
             elif are_columns(node.shape or ()):
                 found[name] = node[()]
     return found
@@ -119,6 +122,15 @@ def tables(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     return [_table(log, content, place, log_format) for place in listed(log_format.records or '')]
 
 
+def reader(name: str, endings: Sequence[str], content: Callable[[Path], Any]) -> Reader:
+    return Reader(
+        name,
+        tuple(endings),
+        lambda log, log_format: tables(log, content(log), log_format),
+        notes=lambda log: left_out(content(log)),
+    )
+
+
 def episodes(content: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return what each of several numbered groups holds, with the numbers beside; else all."""
     found: dict[int, dict[str, Any]] = defaultdict(dict)
@@ -138,7 +150,6 @@ def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
 
 
 def _on_the_way(content: Any, place: str) -> dict[str, float]:
-    """Return the numbers that a log has at each level on the way to its records."""
     found: dict[str, float] = {}
     for step in steps(place):
         if isinstance(content, dict):
@@ -148,30 +159,63 @@ def _on_the_way(content: Any, place: str) -> dict[str, float]:
 
 
 def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:
-    """Return the arrays of a log that are as long as the longest; of a matrix each column.
+    """Return the arrays of a log that are as long as those that the map names, else the longest.
 
     Numbers next to them are columns of one value; texts, pictures and ragged lists are left out.
     """
-    found: Table = {}
-    numbers: dict[str, float] = {}
-    for name, value in flat(content):
-        if is_number(value):
-            numbers[name] = number(value)
-        elif _has_numbers(value):
-            with suppress(TypeError, ValueError, OverflowError):  # of what is ragged
-                if are_columns(np.shape(value)):
-                    found |= _split(name, np.asarray(value, dtype=float), log_format.order)
-    longest = max(map(len, found.values()), default=0)
-    found = {name: values for name, values in found.items() if len(values) == longest}
+    arrays, of_map = _arrays(content, log_format.order), log_format.named()
+    counts = {len(values): name for name, values in arrays.items() if name in of_map}
+    if len(counts) > 1:
+        (one, first), (other, second) = list(counts.items())[:2]
+        raise UserError(f'{log}: {first} has {one} values and {second} {other}; {TO_DO}')
+    length = next(iter(counts), max(map(len, arrays.values()), default=0))
+    found = {name: values for name, values in arrays.items() if len(values) == length}
     if log_format.header and len(found) == len(log_format.header):
         each_once(log_format.header, str(log))
         found = dict(zip(log_format.header, found.values(), strict=True))
-    return (filled(numbers, longest) | found) if found else {}
+    numbers = {name: number(value) for name, value in flat(content) if is_number(value)}
+    return (filled(numbers, length) | found) if found else {}
+
+
+def left_out(content: Any) -> list[str]:
+    """Say which arrays of a log are shorter than the others, in a line at most."""
+    first = episodes(content)[0] if isinstance(content, dict) else {}
+    counts = {name: len(values) for name, values in _arrays(first, ()).items()}
+    longest = max(counts.values(), default=0)
+    shorter = {name: count for name, count in counts.items() if count < longest}
+    have = ' or '.join(map(str, sorted({*shorter.values()})))
+    why = f'{have} values and not {longest}, so left out; {TO_DO}'
+    return [f'{named(shorter)}: {why}'] if shorter else []
+
+
+def named(names: Iterable[str]) -> str:
+    listed = [repr(name) if len(name) < LONG else shown(name) for name in names]
+    more = len(listed) - MOST_NAMED
+    return ', '.join(listed[:MOST_NAMED]) + (f' and {more} more' if more > 0 else '')
+
+
+def _arrays(content: Mapping[str, Any], order: Sequence[str]) -> Table:
+    found: Table = {}
+    for name, value in flat(content):
+        if _has_numbers(value) and not is_number(value):
+            with suppress(TypeError, ValueError, OverflowError):  # of what is ragged
+                if are_columns(np.shape(value)):
+                    found |= _split(name, _floats(value), order)
+    return found
+
+
+def _floats(values: Any) -> Column:
+    """Return numbers, of moments and durations in seconds."""
+    array = np.asarray(values)
+    if array.dtype.kind not in 'mM':
+        return np.asarray(values, dtype=float)
+    whole = array.astype(f'{array.dtype.kind}8[ns]')
+    return np.where(np.isnat(whole), np.nan, 1e-9 * whole.astype('int64'))
 
 
 def _has_numbers(values: Any) -> bool:
     if isinstance(values, np.ndarray) and values.dtype != object:
-        return values.dtype.kind in 'biuf'
+        return values.dtype.kind in 'biufmM'
     inside = values if isinstance(values, list | np.ndarray) else []
     return is_number(values) or any(map(_has_numbers, inside))
 
@@ -216,7 +260,6 @@ def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
 
 
 def stacked(rows: Sequence[Mapping[str, float]]) -> Table:
-    """Return numbers of records, NaN where one lacks what others have."""
     names = dict.fromkeys(chain.from_iterable(rows))
     return {name: np.array([row.get(name, math.nan) for row in rows]) for name in names}
 
@@ -248,7 +291,6 @@ def numbers_in(
 
 
 def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
-    """Return one table per match of `[*]`, with the columns that `fields` names."""
     found = {
         name: list(chain.from_iterable(expand(content, place, log) for place in listed(places)))
         for name, places in log_format.fields.items()

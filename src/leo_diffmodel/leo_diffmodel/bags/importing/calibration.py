@@ -43,10 +43,7 @@ class Motor(BaseModel):
         return math.degrees(COUNT) * (self.range_max - self.range_min) / 2
 
     def per_cent(self, from_end: bool, end: float = 0.0) -> dict[str, float]:
-        """Return sign, scale and offset [rad] that make angles of per cent.
-
-        They are from an end of the range, whose angle is `end` [rad], else from its middle.
-        """
+        """Return what makes angles of per cent from the middle, or an end that is `end` [rad]."""
         reach = COUNT * (self.range_max - self.range_min)
         zero = end + (reach if self.drive_mode else 0.0) if from_end else 0.0
         scale = _short(reach / (100 if from_end else 200))
@@ -55,8 +52,6 @@ class Motor(BaseModel):
 
 
 class Calibration(dict[str, Motor]):
-    """Motors by name, and the file that says so."""
-
     file: Path
 
     def of(self, joint: str) -> Motor | None:
@@ -93,5 +88,4 @@ def _read(file: Path) -> Calibration | None:
 
 
 def _short(value: float) -> float:
-    """Return a number to six digits, less than a thousandth of a count."""
     return float(f'{value:.6g}')

@@ -19,7 +19,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Fixed
 
-from .expression import evaluate
+from .expression import evaluate, names_in
 from .log_format import canonical_index, Column, LogFormat, without_infinite
 from .unit_names import canonical, fits
 
@@ -95,8 +95,6 @@ class ColumnSpec(Fixed):
 
 
 class TimeSpec(Fixed):
-    """Time as a column, or as a constant sampling period [s]."""
-
     column: Name | None = None
     period: float | None = Field(default=None, gt=0.0)
     unit: str = 's'
@@ -132,6 +130,14 @@ class ColumnMap(LogFormat):
     joints: dict[str, JointColumns] = Field(min_length=1)
     inputs: dict[str, dict[Interface, Spec]] = Field(default_factory=dict)
     constants: dict[str, Spec] = Field(default_factory=dict)
+
+    def named(self) -> frozenset[str]:
+        joints = [spec for of in self.joints.values() for _, spec in of if spec]
+        inputs = [spec for of in self.inputs.values() for spec in of.values()]
+        specs = [*joints, *inputs, *self.constants.values(), self.time]
+        sums = [*self.columns.values(), *(getattr(s, 'expression', None) or '' for s in specs)]
+        columns = {canonical_index(spec.column) for spec in specs if spec.column}
+        return frozenset(columns.union(*map(names_in, sums)))
 
     @model_validator(mode='after')
     def _inputs_drive_joints(self) -> 'ColumnMap':

@@ -41,7 +41,6 @@ Row = tuple[int, list[str]]  # number of a line, and its cells
 
 
 def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return the one table of a CSV log; constants of its comments are columns of one value."""
     lines = logs.read_log_text(log, log_format.encoding).splitlines()
     header, rows = _headed(_rows(log, lines, log_format), log_format)
     if not rows:
@@ -150,7 +149,6 @@ def _is_comment(line: str) -> bool:
 
 
 def _is_header(text: str, rows: Sequence[str], delimiter: str | None) -> bool:
-    """Say whether a comment has a name for each column of the rows, and no number."""
     if _is_numbers(text) or _CONSTANT.search(text):
         return False
     lines, signs = [text, *rows], [delimiter] if delimiter else DELIMITERS
@@ -179,7 +177,6 @@ def _first(lines: Sequence[str]) -> list[str]:
 
 
 def _width(lines: Sequence[str], delimiter: str) -> int:
-    """Return how many columns each line has; 0 where they differ."""
     spaced = delimiter == SPACES
     try:
         rows = map(str.split, lines) if spaced else csv.reader(lines, delimiter=delimiter)
@@ -210,18 +207,12 @@ def _decimal_of(cells: Iterable[str], log: str) -> str:
 
 
 def _notes(log: Path) -> list[str]:
-    """Return what is to be known of an encoding that was guessed, and constants of comments."""
     with logs.opened(log, 'a text file') as file:
         code = logs.encoding_of(file.read_bytes())
     notes = [f'read as {code}: it is no UTF-8'] if code == logs.WINDOWS else []
-    if found := _constants(logs.read_log_text(log).splitlines()):
-        said = (
-            f'{shown(name)[1:-1]} = {v:.6g} {unit}'.rstrip() for name, (v, unit) in found.items()
-        )
-        notes.append(
-            f'its comments say {", ".join(said)}: columns of one value; where the robot has it: '
-            'constants: {links.LINK.mass: {column: mass, unit: kg}}'
-        )
+    found = _constants(logs.read_log_text(log).splitlines()).items()
+    said = ', '.join(f'{shown(n)[1:-1]} = {v:.6g} {unit}'.rstrip() for n, (v, unit) in found)
+    notes += [f'its comments say {said}: columns of one value'] if said else []
     return notes
 
 

@@ -5,7 +5,7 @@ Names of columns say what they are, numbers say the unit, and a robot both; what
 is left as '?', which an import refuses.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +18,17 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
+from .arrays_log import named
 from .calibration import ARM, calibration_beside
 from .guess_columns import choose, Columns, INPUTS, known_robot, KnownRobot
+from .guess_constants import constant_lines
 from .guess_each import Units
+from .guess_lags import with_goals
 from .guess_roles import as_taken, roles_of, with_flags
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat, Table
 from .tables import read_tables, reader_of
-
-MOST_NAMED = 40
 
 
 def guess_map(
@@ -37,15 +38,7 @@ def guess_map(
     ref: str = '',
     join: bool = False,
 ) -> Path:
-    """Write a column map for a log, or for several that are parts of one run; return its path.
-
-    Args:
-        logs: the first is looked at, and the others with it where they are parts.
-        file: to write; one that is there already is refused.
-        robot: that was logged, where it is known.
-        ref: its name or folder, for the map.
-        join: the logs are parts of one run; by default where their names say so.
-    """
+    """Write a column map for a log, or parts of one run; `ref` is the robot's name or folder."""
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')
     paths = [logs] if isinstance(logs, Path) else list(logs)
@@ -78,17 +71,19 @@ def _lines(
     names = [name for name in tables[0] if all(name in each for each in tables)]
     table = {name: np.concatenate([each[name] for each in tables]) for name in names}
     roles = with_flags(roles_of(n for n in table if np.isfinite(table[n]).any()), table)
-    roles = as_taken(roles, robot.takes if robot else 'position')
+    goals = with_goals(roles, tables[0])
+    roles = as_taken(goals.roles, robot.takes if robot else 'position')
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
     kind = read_info(log).robot_type if is_lerobot(log) else None
     measured = [role.joint for role in roles.values() if role.quantity == 'position']
     calibration = calibration_beside(log, measured) if ARM.fullmatch(kind or '') else None
-    units = Units(tables[0], table, roles, chosen, robot, calibration, is_lerobot(log))
+    kinds = robot, calibration, is_lerobot(log), goals.either
+    units = Units(tables[0], table, roles, chosen, *kinds)
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
-    yield from map(_note, (*notes, *chosen.notes))
+    yield from map(_note, (*notes, *goals.notes, *chosen.notes))
     said = f'; info.json says {shown(kind)}' if kind else ''
     yield f'robot: {_text(robot.ref)}' if robot else f'# robot: NAME  # of the model{said}'
     if log_format.records:
@@ -97,21 +92,28 @@ def _lines(
         yield _entry('time', {'column': chosen.time, 'unit': units.time.name}, units.time.why)
     else:
         yield 'time: {period: null}  # no column is named as a time and rises: fill in seconds'
-    yield from _part('joints', chosen.joints, units)
-    yield from _other_input(chosen.inputs, robot)
-    yield from _part('inputs', chosen.inputs, units)
-    unused = _named(name for name in table if name not in chosen.used)
+    left = units.left_out
+    joints, inputs = ({j: part[j] for j in part if j not in left} for part in chosen[1:3])
+    yield from _part('joints', joints, units)
+    yield from _other_input(inputs, robot)
+    yield from _part('inputs', inputs, units)
+    yield from (_note(f'{joint} is left out, {why}') for joint, why in left.items())
+    head = {name: table[name] for name in table if name not in chosen.used}
+    found = list(constant_lines(head, robot))
+    yield from _constants(found)
+    constants = {entry['column'] for _, entry, _ in found}
+    unused = named(name for name in head if name not in constants)
     yield f'# not used: {unused or "nothing"}'
 
 
 def _no_position(log: Path, table: Table) -> str:
     if any(name.isdecimal() or name.endswith(']') for name in table):
         return (
-            f'{log}: columns have numbers and no names: {_named(table)}. Write the map by '
+            f'{log}: columns have numbers and no names: {named(table)}. Write the map by '
             "hand with header: [time, angle, ...], or with position: 2 or 'data[:, 2]'"
         )
     return (
-        f'{log}: no column is named as a position is; there are {_named(table)}. Write the '
+        f'{log}: no column is named as a position is; there are {named(table)}. Write the '
         'map by hand: leo import --help shows one'
     )
 
@@ -130,8 +132,15 @@ def _part(name: str, joints: Columns, units: Units) -> Iterator[str]:
             yield '    ' + _entry(quantity, value, f'{low:.4g} to {high:.4g}; {unit.why}')
 
 
+def _constants(found: Sequence[tuple[str, Any, str]]) -> Iterator[str]:
+    yield from ['constants:'] if any(path for path, _, _ in found) else []
+    yield from ('  ' + _entry(*row) for row in found if row[0])
+    for path, entry, why in found:
+        if not path:
+            yield f'# constants: {{?: {_text(entry)}}}  {_note(why)}'
+
+
 def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
-    """Yield a comment where the log has another input than the robot takes."""
     found = sorted({quantity for columns in inputs.values() for quantity in list(columns)[:1]})
     if robot and found and robot.takes not in found:
         log = '/'.join(INPUTS[quantity] for quantity in found)
@@ -156,9 +165,3 @@ def _text(value: Any) -> str:
         value, default_flow_style=True, sort_keys=False, width=10**9, allow_unicode=True
     )
     return dumped.removesuffix('...\n').strip()
-
-
-def _named(names: Iterable[str]) -> str:
-    listed = [shown(name) for name in names]
-    more = len(listed) - MOST_NAMED
-    return ', '.join(listed[:MOST_NAMED]) + (f' and {more} more' if more > 0 else '')

@@ -5,12 +5,13 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import SequenceMatcher
 import re
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import Robot
+from leo_sim.description.robot import Constant, Robot
 from leo_sim.drivers.base import INTERFACES
 
 from .guess_roles import plain, Role, role_of
@@ -19,11 +20,8 @@ from .log_format import Column, Table
 
 MEASURED = ('position', 'velocity', 'effort')
 DRIVEN_BY = (
-    ('voltage', True),
-    ('effort', True),
-    ('voltage', False),
-    ('position', True),
-    ('effort', False),
+    *(('voltage', True), ('effort', True), ('voltage', False)),
+    *(('position', True), ('effort', False)),
 )
 """Quantities that drive a joint and whether as a goal: of several the first is taken."""
 INPUTS = {interface: name for name, interface in INTERFACES.items()}  # as `robot init --input`
@@ -50,20 +48,17 @@ class KnownRobot(NamedTuple):
     slides: frozenset[str]
     limits: Mapping[str, tuple[float, float]]
     takes: str
+    constants: Mapping[str, Constant] = MappingProxyType({})
 
 
 def known_robot(robot: Robot, ref: str) -> KnownRobot:
     joints = tuple(name for name in robot.joint_names if name not in robot.base_joints)
     limits = {joint.name: joint.limits for joint in robot.joints}
-    return KnownRobot(ref, joints, robot.slides, limits, INTERFACES[robot.input])
+    return KnownRobot(ref, joints, robot.slides, limits, INTERFACES[robot.input], robot.constants)
 
 
 def matched(names: Sequence[str], robot: KnownRobot) -> dict[str, tuple[str, str]]:
-    """Return (joint of the robot, why) for names in a log that are one of its joints.
-
-    One joint takes them all; several go by their names, numbers by their order, and the last two
-    that are left over belong together. None at all is refused.
-    """
+    """Return (joint of the robot, why) for names in a log that are one of its joints."""
     if len(robot.joints) == 1:
         return dict.fromkeys(names, (robot.joints[0], 'its only joint'))
     found = _by_name(names, robot.joints) or _by_number(names, robot.joints)
@@ -81,7 +76,6 @@ def matched(names: Sequence[str], robot: KnownRobot) -> dict[str, tuple[str, str
 
 
 def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """Return the pairs whose names are most alike, taken together."""
     from scipy.optimize import linear_sum_assignment
 
     known = [role_of(joint).joint or joint for joint in joints]
@@ -99,7 +93,6 @@ def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[s
 
 
 def _alike(name: str, joint: str) -> float:
-    """Return the share of letters in the same order; other numbers or sides are other joints."""
     first, second = (re.sub(r'[\W_]', '', plain(text)) for text in (name, joint))
     for mark in (r'\d+', r'left|right|links|rechts'):
         if set(re.findall(mark, first)) != set(re.findall(mark, second)):
@@ -125,7 +118,6 @@ def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
 
 
 def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
-    """Return what per cent would be if the calibrated range went from stop to stop."""
     low, high = robot.limits.get(joint, (-np.inf, np.inf))
     way = high - low
     why = (
@@ -136,10 +128,7 @@ def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
 
 
 class Chosen(NamedTuple):
-    """Columns with a part in the map: the time ('' for none that rises), measured ones, inputs.
-
-    The notes say how names became the robot's joints.
-    """
+    """Columns with a part in the map, '' for no time that rises; how names became joints."""
 
     time: str
     joints: Columns
@@ -153,7 +142,6 @@ class Chosen(NamedTuple):
 
 
 def choose(first: Table, roles: Roles, robot: KnownRobot | None) -> Chosen:
-    """Return the columns that say something, for the joints of a robot where it is known."""
     notes: tuple[str, ...] = ()
     positions = _by_quantity(roles)['position', False]
     if robot and positions:
@@ -175,7 +163,8 @@ def choose(first: Table, roles: Roles, robot: KnownRobot | None) -> Chosen:
 def rising(table: Table, roles: Roles) -> str:
     """Return the first column that is named as a time and never falls; '' without one."""
     named = (name for name, role in roles.items() if role.quantity == 'time')
-    return next((name for name in named if (np.diff(table[name]) >= 0).all()), '')
+    known = {name: table[name][np.isfinite(table[name])] for name in named}
+    return next((name for name, t in known.items() if (np.diff(t) >= 0).all()), '')
 
 
 def _notes(pairs: Mapping[str, tuple[str, str]], robot: KnownRobot) -> Iterable[str]:
@@ -198,7 +187,6 @@ def _renamed(roles: Roles, names: Mapping[str, str]) -> Roles:
 
 
 def _driving(found: ByQuantity, joint: str, robot: KnownRobot | None) -> dict[str, str]:
-    """The columns of what drives a joint, first what its robot takes, and of its motor."""
     takes = robot.takes if robot else ''
     ways = sorted(DRIVEN_BY, key=lambda way: way[0] != takes)
     driven = next((way for way in ways if joint in found[way]), None)

@@ -12,7 +12,7 @@ from . import guess_units as numbers
 from .calibration import BEYOND, Calibration, GRIPPER
 from .column_map import QUANTITIES
 from .guess_columns import Chosen, INPUTS, KnownRobot, of_joint, of_per_cent, Roles
-from .guess_roles import is_bare_goal
+from .guess_roles import HANDS, is_bare_goal
 from .guess_units import Unit
 from .log_format import Column, Table
 from .unit_names import fits
@@ -25,11 +25,7 @@ ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
 
 @dataclass(frozen=True)
 class Units:
-    """What the units of one log are guessed from.
-
-    `first` is the first episode, in which speeds are compared with positions, `table` all of them.
-    Angles of a LeRobot data set may be per cent, of a calibration that lies next to it.
-    """
+    """What units are guessed from: the first episode, where speeds are compared, and all."""
 
     first: Table
     table: Table
@@ -38,6 +34,7 @@ class Units:
     robot: KnownRobot | None = None
     calibration: Calibration | None = None
     is_lerobot: bool = False
+    either: tuple[str, ...] = ()  # may be measured as well as commanded
 
     @property
     def time(self) -> Unit:
@@ -56,6 +53,8 @@ class Units:
     def of(self, joint: str, quantity: str, column: str) -> Unit:
         if quantity == 'enabled':
             return Unit('', '0 = motor free')
+        if column in self.either:
+            return Unit('?', 'measured or commanded? exchange the columns, or not; then the unit')
         turning, sliding = QUANTITIES[quantity][0], QUANTITIES[quantity][-1]
         ours = sliding if self.robot and joint in self.robot.slides else turning
         if self.robot and quantity != 'position' and is_bare_goal(column):
@@ -80,6 +79,8 @@ class Units:
         end = low if np.isfinite(low) else 0.0  # rad: its lower stop, where that is known
         if self.calibration and (found := self._calibrated(self.calibration, name, end)):
             return found
+        if whole := self._way(name):
+            return self._of_hand(joint, whole)
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
         measured = self.chosen.joints.get(joint, {}).get('position', column)
@@ -91,6 +92,29 @@ class Units:
             or self._of_robot(joint, column)
             or self._by_numbers(name, self.table[column])
         )
+
+    def _way(self, name: str) -> float:
+        """Return which of its numbers is the whole way of a hand; 0 of what is none."""
+        same = [n for n, r in self.roles.items() if (r.quantity, r.joint) == ('position', name)]
+        is_hand = HANDS & {*name.split('_')}
+        return numbers.of_a_way([self.table[each] for each in same]) if is_hand else 0.0
+
+    def _of_hand(self, joint: str, whole: float) -> Unit:
+        low, high = self.robot.limits.get(joint, (0.0, np.inf)) if self.robot else (0.0, np.inf)
+        why = f'0 to {whole:.0f} of the way of a hand'
+        if not np.isfinite(high - low):
+            return Unit('?', f'{why}: scale: rad or m for 1, offset: where 0 is')
+        said = {'scale': float(f'{(high - low) / whole:.6g}'), 'offset': float(f'{low:.6g}')}
+        return Unit('', f'{why}, from the lower stop to the upper one: look whether', said)
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Hands whose way nobody knows, and what is to be said of them; not where all are such."""
+        columns = {joint: of['position'] for joint, of in self.chosen.joints.items()}
+        hands = {j: w for j, c in columns.items() if (w := self._way(self.roles[c].joint))}
+        found = {j: self._of_hand(j, whole) for j, whole in hands.items()}
+        unknown = {j: f'{columns[j]}: {unit.why}' for j, unit in found.items() if unit.name}
+        return unknown if len(unknown) < len(columns) else {}
 
     def _by_speed(self, joint: str, column: str) -> Unit | None:
         """Return the unit in which its change is the speed, where that has a unit in its name."""
@@ -129,14 +153,10 @@ class Units:
 
     @property
     def _bodies(self) -> list[Column]:
-        """The same but for the gripper, which is in per cent in any case."""
         return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
 
     def _calibrated(self, calibration: Calibration, name: str, end: float) -> Unit | None:
-        """Return what makes angles of a joint's numbers; None where it has no calibration.
-
-        A gripper has 0 % at the angle `end` [rad].
-        """
+        """Return what makes angles of numbers, where it is known; a gripper is 0 % at `end`."""
         motor, file = calibration.of(name), calibration.file.name
         if motor is None:
             return None

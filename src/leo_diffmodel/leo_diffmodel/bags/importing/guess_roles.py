@@ -5,6 +5,7 @@
 logs have them.
 """
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 import re
 from typing import NamedTuple
@@ -55,6 +56,7 @@ BESIDES = _words(
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')
 """Words of a flag that says whether a motor is on."""
+HANDS = _words('gripper grippers hand hands finger fingers thumb claw jaw greifer pince')
 MOTORS = ('motor', 'motors', 'servo', 'servos', 'drive')  # what a flag of all may name
 _PARTS = sorted(
     _words(
@@ -85,11 +87,7 @@ _CAMEL = re.compile(r'(?<=[a-z])(?=[A-Z][a-z])')
 
 
 class Role(NamedTuple):
-    """What a column is by its name; '' for what that does not say.
-
-    The quantity is a key of `WORDS`; a goal was asked for, and not measured; the joint is the
-    rest.
-    """
+    """What a column is by its name; '' for what that does not say, quantities as in `WORDS`."""
 
     quantity: str
     is_goal: bool
@@ -117,7 +115,25 @@ def roles_of(columns: Iterable[str]) -> dict[str, Role]:
     names = list(columns)
     first = names[0].split('.')[0] + '.' if names else ''
     common = first if len(names) > 1 and all(name.startswith(first) for name in names) else ''
-    return {name: role_of(name.removeprefix(common)) for name in names}
+    return _without_topics({name: role_of(name.removeprefix(common)) for name in names})
+
+
+def _without_topics(roles: dict[str, Role]) -> dict[str, Role]:
+    """Return joints without what is before a dot in all columns of a quantity, as a topic is."""
+    families = defaultdict[tuple[str, bool], list[set[str]]](list)
+    for name, role in roles.items():
+        if role.quantity in BY_UNIT:
+            families[role[:2]].append({*name.split('.')[:-1]})
+    shared = [set.intersection(*parts) for parts in families.values()]
+    some = (
+        set.union(*parts) - all_of for parts, all_of in zip(families.values(), shared, strict=True)
+    )
+    topics = set().union(*shared).difference(*some)
+    for name, role in roles.items():
+        rest = '.'.join(part for part in name.split('.') if part not in topics)
+        if role.quantity in BY_UNIT and rest != name:
+            roles[name] = role._replace(joint=role_of(rest).joint or role.joint)
+    return roles
 
 
 def is_bare_goal(column: str) -> bool:
@@ -135,10 +151,7 @@ def as_taken(roles: Mapping[str, Role], takes: str) -> dict[str, Role]:
 
 
 def with_flags(roles: Mapping[str, Role], table: Table) -> dict[str, Role]:
-    """Return the roles of columns; of nothing but 0 and 1, as `torque_enable`, those of flags.
-
-    A flag enables a joint, or all where it names none or only a motor.
-    """
+    """Return the roles with flags, as `torque_enable`: of a joint, or where none is named all."""
     found = dict(roles)
     for name, role in roles.items():
         numbers = set(table[name][np.isfinite(table[name])])
@@ -149,7 +162,6 @@ def with_flags(roles: Mapping[str, Role], table: Table) -> dict[str, Role]:
 
 
 def plain(word: str) -> str:
-    """Return a word in small letters without accents."""
     text = unicodedata.normalize('NFKD', word.lower())
     return ''.join(sign for sign in text if not unicodedata.combining(sign))
 
@@ -184,7 +196,6 @@ def _unit(column: str) -> tuple[str, str, str]:
 
 
 def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
-    """Return the quantity that the words say, else a formula's letter or the unit alone."""
     meant = {MEANING[word] for word in words if word in MEANING}
     said = next((name for name in WORDS if name in meant), '')
     if said == 'position' and unit and not fits_quantity(unit, said):

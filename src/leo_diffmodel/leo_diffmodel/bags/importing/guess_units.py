@@ -17,6 +17,7 @@ DEGREES = 720.0
 FASTEST, SLOWEST = 20e3, 2.0  # rates at which robots are logged [Hz]
 AGREES = 1.3  # units of a speed are six times apart and more; filters and gaps take less
 TURNS = ('rad', 'deg', 'rev')
+WAYS = (1.0, 100.0, 255.0, 1000.0, 1023.0, 4095.0)  # of hands, from open to closed or back
 SPANS = 50  # a log is compared in so many parts, which are longer than its noise
 
 
@@ -39,6 +40,8 @@ def of_angles(columns: Sequence[Column]) -> Unit:
     if is_clipped(columns):
         why = 'they end at exactly 100: per cent of the calibrated range'
         return Unit('?', f'{why}; scale: rad for 1 %, and no unit')
+    if are_counts(columns) and peak > 360.0:
+        return _of_counts(peak)
     if peak > DEGREES:
         return Unit('?', f'up to {peak:.4g}: counts of an encoder? then scale: rad for one')
     if peak > PER_CENT:
@@ -47,11 +50,35 @@ def of_angles(columns: Sequence[Column]) -> Unit:
     return Unit('?', f'up to {peak:.3g}: unit: deg, or of per cent of a range scale: rad for 1 %')
 
 
-def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | None:
-    """Return the unit, of some, in which a speed is the change of its angle; None where none is.
+def _of_counts(peak: float) -> Unit:
+    why = f'whole numbers up to {peak:.0f}'
+    turn = 'of 4096 a turn, 2048 the middle (Dynamixel X, Feetech STS)'
+    if 1023.0 < peak <= 4095.0:
+        return Unit('', f'{why}: counts {turn}', {'scale': 0.00153398, 'offset': -3.14159})
+    if peak > 4095.0:
+        return Unit('?', f'{why}: counts of an encoder? then scale: rad for one')
+    short = 'scale: 0.00511327, offset: -2.61799 of 1024 in 300 deg (Dynamixel AX)'
+    return Unit('?', f'{why}: {short}; scale: 0.00153398, offset: -3.14159 {turn}; or deg')
 
-    Times [s], angles in SI and speeds have shape (T,).
-    """
+
+def of_a_way(columns: Sequence[Column]) -> float:
+    """Return the number that is the whole way of a hand, as 1, 100 or 255; 0 where none is."""
+    peak, low = peak_of(columns), min(float(np.nanmin(c)) for c in columns)
+    for whole in WAYS:
+        most, least = (1.0, 0.85) if are_counts(columns) else (1.05, 0.95)
+        ends = abs(low) <= 0.05 * whole and least * whole < peak <= most * whole
+        if ends and (whole <= 100.0 or most == 1.0):
+            return whole
+    return 0.0
+
+
+def are_counts(columns: Sequence[Column]) -> bool:
+    known = np.concatenate([c[np.isfinite(c)] for c in columns])
+    return bool((known >= 0).all() and (known == np.round(known)).all() and len({*known}) > 2)
+
+
+def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | None:
+    """Return the unit in which a speed is the change of its angle in SI; None where none is."""
     ratio = _change_over_speed(t, q, dq)
     name = next((n for n in names if 1 / AGREES < ratio / units.parse(n).factor < AGREES), '')
     return Unit(name, f'in {name} it is the change of the position') if name else None
@@ -64,7 +91,6 @@ def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
 
 
 def _change_over_speed(t: Column, q: Column, dq: Column) -> float:
-    """Return how much faster positions change than the speed says; 0 where nothing moves."""
     rows = np.isfinite(t) & np.isfinite(q) & np.isfinite(dq)
     t, q, dq = t[rows], q[rows], dq[rows]
     if len(t) < 2 * SPANS:

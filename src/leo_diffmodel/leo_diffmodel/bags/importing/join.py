@@ -40,7 +40,6 @@ class Part(NamedTuple):
         return len(next(iter(self.table.values())))
 
     def at(self, clock: Column, values: Column) -> Column:
-        """Values at other times, by linear interpolation where those are others."""
         if not self.time or _same(self.t, clock):
             return values
         known = np.isfinite(self.t)
@@ -55,10 +54,7 @@ class Part(NamedTuple):
 
 
 def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
-    """Say whether files are parts of one run: their names say different quantities, q, dq, tau.
-
-    A file with several quantities is a whole log, whatever its name.
-    """
+    """Say whether files are parts of one run: each has and is named as another quantity."""
     named = [role_of(name).quantity for name in short_names(logs)]
     differ = len(logs) > 1 and all(named) and len(set(named)) == len(named)
     found = ({role_of(name).quantity for name in table} for table in tables)
@@ -68,11 +64,7 @@ def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
 def joined(
     logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None
 ) -> tuple[list[Table], str]:
-    """Return the joined tables of files, one for each episode, and how they were joined.
-
-    `time` is the column of the map; by default what is named as a time and rises. Files that have
-    not as many episodes or rows, or do not overlap in time, are refused.
-    """
+    """Return the joined tables of files, one for each episode, and how they were joined."""
     if len({len(tables) for _, tables in logs}) > 1:
         counts = {log.name: len(tables) for log, tables in logs}
         raise UserError(f'parts of one run differ in their number of episodes: {counts}')

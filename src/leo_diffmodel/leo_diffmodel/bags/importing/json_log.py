@@ -19,7 +19,6 @@ def read_json(log: Path, log_format: LogFormat, lines: bool = False) -> list[Tab
 
 
 def _content(log: Path, log_format: LogFormat, lines: bool = False) -> Any:
-    """Return what the text says; of lines, a record each, the list of them."""
     try:
         text = read_log_text(log, log_format.encoding)
         if lines:
@@ -41,7 +40,6 @@ def _each_once(log: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _guessed(log: Path) -> LogFormat:
-    """Say where most records are, else all rows that are lists, an episode each."""
     content = _content(log, LogFormat())
     found: dict[type, dict[str, int]] = defaultdict(dict)
     for name, value in arrays.flat(content if isinstance(content, dict) else {}):
@@ -52,5 +50,9 @@ def _guessed(log: Path) -> LogFormat:
     return LogFormat(records=None if found[float] or found[int] else [*found[list]] or None)
 
 
-JSON = Reader('json', ('json',), read_json, guessed=_guessed)
+def _notes(log: Path) -> list[str]:
+    return [] if _guessed(log).records else arrays.left_out(_content(log, LogFormat()))
+
+
+JSON = Reader('json', ('json',), read_json, guessed=_guessed, notes=_notes)
 JSON_LINES = Reader('jsonl', ('jsonl', 'ndjson'), partial(read_json, lines=True))

@@ -35,7 +35,6 @@ class Feature(BaseModel):
     names: list[Any] | dict[str, Any] | None = None
 
     def columns(self, name: str) -> list[str]:
-        """The names of its columns, by number where not each has its own; none of a picture."""
         if not self.dtype.startswith(_NUMBERS) or len(self.shape) != 1 or self.shape[0] > WIDEST:
             return []
         width, found = self.shape[0], list(_texts(self.names))
@@ -92,7 +91,6 @@ def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
 
 
 def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
-    """Return the frames of one file: the columns that it should have by info.json."""
     every = {name: feature.columns(name) for name, feature in features.items()}
     wanted = {name: columns for name, columns in every.items() if columns}
     frames = content_of(file, list(wanted))
@@ -108,7 +106,6 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
 
 
 def _numbers(rows: list[Any], width: int, where: str) -> Column:
-    """Return the numbers of a feature, shape (width, frames); NaN for what is missing."""
     lists = [row if isinstance(row, list) else [row] * width for row in rows]
     try:
         return np.array(lists, dtype=float).reshape(len(rows), width).T

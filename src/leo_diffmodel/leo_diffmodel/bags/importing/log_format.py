@@ -45,6 +45,10 @@ class LogFormat(Fixed):
     # names of the numbers of a sample, where there are as many: `q.elbow` for `q[0]`
     order: list[str] = Field(default_factory=list)
 
+    def named(self) -> frozenset[str]:
+        """The columns that a map names."""
+        return frozenset()
+
 
 @dataclass(frozen=True)
 class Reader:
@@ -99,9 +103,9 @@ def number_of(text: str) -> float:
 
 
 def refuse_bag(log: Path) -> NoReturn:
-    raise UserError(
-        f'{log} is a bag already and needs no import; look into it: {leo("bag", "info", log)}'
-    )
+    packed = log.suffix.lower() == '.gz'
+    to_do = 'unpack it with gunzip' if packed else f'look into it: {leo("bag", "info", log)}'
+    raise UserError(f'{log} is a bag already and needs no import; {to_do}')
 
 
 def each_once(names: Sequence[str], where: str) -> None:

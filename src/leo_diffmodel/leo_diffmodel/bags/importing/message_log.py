@@ -50,8 +50,6 @@ def _mcap(log: Path) -> Messages:
         elif isinstance(record, Message) and record.channel_id in channels:
             topic, decode = channels[record.channel_id]
             yield topic, record.log_time, decode(record.data)
-    if not channels:
-        refuse_bag(log)
 
 
 def _protobuf(schema: Schema) -> Callable[[bytes], Any]:
@@ -70,6 +68,8 @@ def _read(
         for topic, logged_ns, content in messages(file):
             numbers = numbers_in(content, log_format.order)
             rows[_name(topic)].append({TIME: logged_ns} | numbers)
+    if messages is _mcap and not rows:
+        refuse_bag(log)
     topics = {n: stacked(sorted(each, key=itemgetter(TIME))) for n, each in rows.items()}
     chosen = log_format.records or max(topics, key=lambda name: _rank(topics[name]), default=[])
     return [_joined(log, topics, _name(clock)) for clock in listed(chosen)]

@@ -59,10 +59,7 @@ def _refuse_backwards(log: Path, t: Column, rows: NDArray[np.int64], steps: Colu
 
 
 def incomplete(log: Path, run: Run, mapping: ColumnMap) -> LeftOut:
-    """Return how many samples lack a position or a speed, which no reader of a bag takes.
-
-    Raises UserError where too few are left.
-    """
+    """Return how many samples lack a position or a speed; refuse a log with too few others."""
     columns = {
         spec.source: values[:, k]
         for quantity, values in (('position', run.q), ('velocity', run.dq))
@@ -81,7 +78,6 @@ def incomplete(log: Path, run: Run, mapping: ColumnMap) -> LeftOut:
 
 
 def refuse_unknown_inputs(log: Path, run: Run, mapping: ColumnMap) -> None:
-    """Refuse an input without any number, unless its motor was off throughout."""
     for joint, specs in mapping.inputs.items():
         values = run.inputs[joint]
         off = 'enabled' in values and (values['enabled'] <= 0.5).all()

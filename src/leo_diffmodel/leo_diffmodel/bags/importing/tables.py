@@ -15,14 +15,12 @@ from leo_sim.common.yaml_file import shown
 from .column_map import ColumnMap
 from .csv_log import CSV
 from .expression import evaluate
-from .groups_log import HDF5, ZARR
+from .groups_log import HDF5, MAT, NUMPY, ZARR
 from .join import are_parts, joined
 from .json_log import JSON, JSON_LINES
 from .lerobot import is_lerobot, LEROBOT
 from .log_format import ending_of, LogFormat, Reader, refuse_bag, Table, without_infinite
-from .mat_log import MAT
 from .message_log import MCAP, ROS1
-from .numpy_log import NUMPY
 from .parquet_log import PARQUET
 
 READERS = CSV, JSON, JSON_LINES, MAT, NUMPY, HDF5, ZARR, PARQUET, MCAP, ROS1, LEROBOT
@@ -72,7 +70,6 @@ def _refuse_unread(log: Path) -> None:
 
 
 def _foreign(entry: EntryPoint) -> Reader:
-    """A reader of another package, whose errors are one line with their place."""
     reader: Reader = entry.load()
     file = Path(inspect.getfile(reader.read))
     return replace(reader, read=guarded(file, 'log format', reader.read))

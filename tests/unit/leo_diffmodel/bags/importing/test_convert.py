@@ -124,7 +124,7 @@ POSITION = 'time: t\njoints: {pivot: {position: {column: q, unit: %s}}}\n'
         (
             't,q\n0,1\n0.2,1\n0.1,1\n',
             SIMPLE,
-            'time goes backwards at sample 3, from 0.2 s to 0.1 s; sort or cut the log',
+            'backwards at sample 3, from 0.2 s to 0.1 s; sort or',
         ),
         ('t,x\n0,1\n1,1\n', SIMPLE, "has no column 'q' for position; it has t, x"),
         ('t,q\n0,1\n1,one\n', SIMPLE, "line 3, q: 'one' is not a number"),
@@ -150,13 +150,9 @@ POSITION = 'time: t\njoints: {pivot: {position: {column: q, unit: %s}}}\n'
         (
             ROWS,
             SIMPLE + 'inputs: {pivt: {voltage: q}}\n',
-            "inputs name 'pivt'; did you mean pivot?",
+            "inputs name 'pivt'; did you mean pivot",
         ),
-        (
-            ROWS,
-            SIMPLE + 'inputs: {pivot: {enabled: q}}\n',
-            "the input of 'pivot' needs voltage, ef",
-        ),
+        (ROWS, SIMPLE + 'inputs: {pivot: {enabled: q}}\n', "input of 'pivot' needs voltage, ef"),
         (ROWS, SIMPLE + 'columns: {x: q * tt}\n', "column x: expression 'q * tt': no column 'tt'"),
         (ROWS, SIMPLE.replace('time: t', 'time: {}'), 'give either column or period'),
     ],
@@ -201,19 +197,8 @@ def test_expressions_leave_columns_as_they_are_and_divide_by_zero():
 @pytest.mark.parametrize(
     'text',
     [
-        '__import__("os")',
-        'a.real',
-        'a[0]',
-        '(lambda: 1)()',
-        '[x for x in a]',
-        '"text"',
-        'a if b',
-        'abs(a, out=b)',
-        'exec("1")',
-        'a and b',
-        '1 < a < 2',
-        '',
-        'min(a)',
+        *('__import__("os")', 'a.real', 'a[0]', '(lambda: 1)()', '[x for x in a]', '"text"', ''),
+        *('a if b', 'abs(a, out=b)', 'exec("1")', 'a and b', '1 < a < 2', 'min(a)'),
     ],
 )
 def test_anything_but_arithmetic_is_refused(text):

@@ -49,6 +49,11 @@ def structured(file, run):
     np.save(file, np.array(list(zip(*run.values(), strict=True)), kinds))
 
 
+def moments(file, run):
+    times = np.datetime64('2026-11-27') + (run['t'] * 1e9).round().astype('m8[ns]')
+    np.savez(file, **run | {'t': times})
+
+
 def lines(file, run):
     rows = zip(*(values.tolist() for values in run.values()), strict=True)
     file.write_text('\n'.join(json.dumps(dict(zip(run, row, strict=True))) for row in rows))
@@ -58,6 +63,7 @@ def hdf5(file, arrays, **options):
     with h5py.File(file, 'w', **options) as log:
         for name, values in arrays.items():
             log[name] = values
+        log['itself'], log['nothing'] = h5py.SoftLink('/'), h5py.SoftLink('/none')
 
 
 def aloha(file, run):
@@ -154,6 +160,7 @@ TOPICS = 'log_time arm.state.position.{1} arm.state.velocity.{1} goal.data.{1}'
 UMI, ORDER = 'data.t data.q[{0}] data.dq[{0}] data.u[{0}]', {'order': ROBOT.joint_names}
 EACH = {
     '.npz': (lambda file, run: np.savez(file, **run), PLAIN, {}),
+    't.npz': (moments, PLAIN, {}),
     '.npy': (structured, PLAIN, {}),
     'rows.npy': (lambda file, run: np.save(file, matrix(run)), PLAIN, {'header': HEAD}),
     '.tsv': (lambda file, run: csv(file, run, '\t'), PLAIN, {}),
@@ -162,6 +169,7 @@ EACH = {
     '.mat': (matlab, PLAIN, {}),
     '.h5.gz': (packed(aloha), ALOHA, FIXED),
     'json.mcap': (foxglove, TOPICS, ORDER),
+    'json.mcap.gz': (packed(foxglove), TOPICS, ORDER),
     'protobuf.mcap': (protobuf, 'log_time arm.q[{0}] arm.dq[{0}] arm.u[{0}]', {}),
     '.bag': (ros1, TOPICS.replace('log_time', 'arm.state.header.stamp'), ORDER),
 }
@@ -214,14 +222,10 @@ OBJECTS = 'is not a NumPy file without objects, which can run code; np.savez('
     [
         ('a.npy', pickle.dumps({'q': 1}), OBJECTS),
         ('a.npz', np.array([{}], dtype=object), OBJECTS),
-        ('a.npz', b'', OBJECTS),
-        ('a.h5', b'', 'is not an HDF5 file: '),
-        ('a.parquet', b'', 'is not a parquet file: '),
-        ('a.zip', b'', 'is not a zarr group: '),
-        ('a.jsonl', b'', 'no list of records'),
-        ('a.bag', b'', 'is not a ROS 1 bag: '),
-        ('a.mcap', b'nothing', 'is not an MCAP file'),
-        ('a.csv.gz', b't,q', 'is not a text file: '),
+        *(('a.npz', b'', OBJECTS), ('a.h5', b'', 'is not an HDF5 file: ')),
+        *(('a.parquet', b'', 'is not a parquet file: '), ('a.jsonl', b'', 'no list of records')),
+        *(('a.zip', b'', 'is not a zarr group: '), ('a.bag', b'', 'is not a ROS 1 bag: ')),
+        *(('a.mcap', b'no', 'is not an MCAP file'), ('a.csv.gz', b't,q', 'is not a text file: ')),
         ('a.hdf5', b'h5py', "is not installed: pip install 'leo_diffmodel[logs]'"),
     ],
 )

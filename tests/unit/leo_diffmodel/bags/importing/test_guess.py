@@ -12,75 +12,50 @@ import yaml
 
 from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.guess import guess_map
-from leo_diffmodel.bags.importing.guess_roles import role_of
+from leo_diffmodel.bags.importing.guess_roles import role_of, roles_of
 from leo_diffmodel.bags.importing.guess_units import of_angles, of_time
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
+NAMES = """
+position, shoulder_pan, -: observation.state.shoulder_pan.pos
+position!, shoulder_pan, -: action.shoulder_pan.pos ;; position!, joint0, -: action.0 | actions.0
+position, joint1, -: pos1 | jointPos1 | j1 angle | Achse 1 Winkel | observations.qpos[1]
+velocity, joint1, -: dq1 | theta1_dot ;; position, elbow, deg: Elbow angle [deg]
+velocity, elbow, rad/s: elbow_speed (rad/s) | elbow_rad_s ;; effort!, -, -: tau_cmd
+time, -, ms: time_ms ;; velocity!, -, -: goal_velocity ;; -, frame_index, -: frame_index
+position, -, deg: Winkel [°] | angle (deg)
+velocity, -, rpm: Drehzahl [U/min] | vitesse [tr/min] ;; time, -, s: Zeit [s] | Temps (s)
+voltage, -, V: Spannung [V] | U [V]
+position!, -, deg: Sollwinkel [Grad] | Consigne position (°) ;; position, -, -: Istwinkel
+velocity, motor, rpm: Motordrehzahl [1/min]
+effort, -, N m: Drehmoment (N·m) | Couple mesuré [N.m] | tau_Nm ;; current, -, A: Strom [A]
+supply_voltage, -, V: Versorgungsspannung [V] ;; velocity, -, -: vitesse ;; effort, -, -: couple
+position, -, m: x_m ;; velocity, -, m/s: x_m_s ;; effort, -, N: F_N
+position, slide, m: slide_m ;; position, shoulder, deg: shoulder_deg
+velocity, wheel, rpm: wheel_rpm ;; effort, m, -: tau_m ;; position, m, -: theta_m
+position, s, -: q_s ;; position, raw, -: angle (raw) ;; position, joint0, -: state.0
+acceleration, joint1, -: ddq1 ;; effort, joint1, -: axis_1_torque
+position!, elbow, -: goal.data.elbow | elbow_pos_wanted ;; error, elbow, -: elbow_pos_error
+"""  # quantity (! for a goal), joint, unit: names of such columns
 
-@pytest.mark.parametrize(
-    ('column', 'quantity', 'is_goal', 'joint', 'unit'),
-    [
-        ('observation.state.shoulder_pan.pos', 'position', False, 'shoulder_pan', ''),
-        ('action.shoulder_pan.pos', 'position', True, 'shoulder_pan', ''),
-        ('action.0', 'position', True, 'joint0', ''),
-        ('pos1', 'position', False, 'joint1', ''),
-        ('dq1', 'velocity', False, 'joint1', ''),
-        ('Elbow angle [deg]', 'position', False, 'elbow', 'deg'),
-        ('elbow_speed (rad/s)', 'velocity', False, 'elbow', 'rad/s'),
-        ('tau_cmd', 'effort', True, '', ''),
-        ('time_ms', 'time', False, '', 'ms'),
-        ('goal_velocity', 'velocity', True, '', ''),
-        ('frame_index', '', False, 'frame_index', ''),
-        ('', '', False, '', ''),
-        ('Winkel [°]', 'position', False, '', 'deg'),
-        ('Drehzahl [U/min]', 'velocity', False, '', 'rpm'),
-        ('Zeit [s]', 'time', False, '', 's'),
-        ('Spannung [V]', 'voltage', False, '', 'V'),
-        ('Sollwinkel [Grad]', 'position', True, '', 'deg'),
-        ('Istwinkel', 'position', False, '', ''),
-        ('Motordrehzahl [1/min]', 'velocity', False, 'motor', 'rpm'),
-        ('Drehmoment (N·m)', 'effort', False, '', 'N m'),
-        ('Strom [A]', 'current', False, '', 'A'),
-        ('Versorgungsspannung [V]', 'supply_voltage', False, '', 'V'),
-        ('vitesse', 'velocity', False, '', ''),
-        ('couple', 'effort', False, '', ''),
-        ('angle (deg)', 'position', False, '', 'deg'),
-        ('Temps (s)', 'time', False, '', 's'),
-        ('vitesse [tr/min]', 'velocity', False, '', 'rpm'),
-        ('Couple mesuré [N.m]', 'effort', False, '', 'N m'),
-        ('Consigne position (°)', 'position', True, '', 'deg'),
-        ('x_m', 'position', False, '', 'm'),
-        ('x_m_s', 'velocity', False, '', 'm/s'),
-        ('F_N', 'effort', False, '', 'N'),
-        ('slide_m', 'position', False, 'slide', 'm'),
-        ('tau_Nm', 'effort', False, '', 'N m'),
-        ('elbow_rad_s', 'velocity', False, 'elbow', 'rad/s'),
-        ('shoulder_deg', 'position', False, 'shoulder', 'deg'),
-        ('wheel_rpm', 'velocity', False, 'wheel', 'rpm'),
-        ('U [V]', 'voltage', False, '', 'V'),
-        ('tau_m', 'effort', False, 'm', ''),
-        ('theta_m', 'position', False, 'm', ''),
-        ('q_s', 'position', False, 's', ''),
-        ('angle (raw)', 'position', False, 'raw', ''),
-        ('actions.0', 'position', True, 'joint0', ''),
-        ('state.0', 'position', False, 'joint0', ''),
-        ('jointPos1', 'position', False, 'joint1', ''),
-        ('theta1_dot', 'velocity', False, 'joint1', ''),
-        ('ddq1', 'acceleration', False, 'joint1', ''),
-        ('j1 angle', 'position', False, 'joint1', ''),
-        ('axis_1_torque', 'effort', False, 'joint1', ''),
-        ('Achse 1 Winkel', 'position', False, 'joint1', ''),
-        ('observations.qpos[1]', 'position', False, 'joint1', ''),
-        ('goal.data.elbow', 'position', True, 'elbow', ''),
-        ('elbow_pos_wanted', 'position', True, 'elbow', ''),
-        ('elbow_pos_error', 'error', False, 'elbow', ''),
-    ],
-)
-def test_names_in_three_languages_say_what_columns_are(column, quantity, is_goal, joint, unit):
-    assert role_of(column) == (quantity, is_goal, joint, unit)
+
+@pytest.mark.parametrize('said', re.split(r'\n| ;; ', NAMES.strip()))
+def test_names_in_three_languages_say_what_columns_are(said):
+    role, columns = said.split(': ')
+    quantity, joint, unit = (word.replace('-', '') for word in role.split(', '))
+    for column in columns.split(' | '):
+        assert role_of(column) == (quantity.rstrip('!'), quantity.endswith('!'), joint, unit)
+    assert role_of('') == ('', False, '', '')
+
+
+def test_joints_of_topics_are_without_the_names_of_the_topics():
+    topics = 'robot1.arm.joint_states.position', 'robot1.arm.joint_states.velocity', 'goal.data'
+    names = [f'{topic}.{joint}' for topic in topics for joint in 'ab'] + ['left.tau[1]', 'tau[1]']
+    joints = [role.joint for role in roles_of(['log_time', *names]).values()]
+    assert joints[1:] == [*'ab' * 3, 'left_1', 'joint1']
 
 
 @pytest.mark.parametrize(
@@ -96,6 +71,28 @@ def test_numbers_say_the_unit_of_angles_or_leave_it_open(peak, unit):
 )
 def test_numbers_say_the_unit_of_time(step, unit):
     assert of_time(step * np.arange(9.0)).name == unit
+
+
+@pytest.mark.parametrize(('low', 'high', 'whole'), [(0, 1, 1), (3, 228, 255), (0, 1000, 1000)])
+def test_the_way_of_a_hand_is_no_angle(tmp_path, low, high, whole):
+    log, way = tmp_path / 'log.csv', np.linspace(low, high, 200).round(0 if high > 1 else 3)
+    rows = np.column_stack([np.arange(200) / 50, np.linspace(-1, 1, 200), way])
+    np.savetxt(log, rows, delimiter=',', header='t,elbow_pos,gripper_pos', comments='')
+    assert [*guessed(log)['joints']] == ['elbow']
+    told = f'# gripper is left out, gripper_pos: 0 to {whole} of the way of a hand: scale: rad or'
+    assert told in log.with_suffix('.map.yaml').read_text()
+    file = guess_map(log, tmp_path / 'map.yaml', robot := load_robot('so101'), 'so101')
+    found = yaml.safe_load(file.read_text())['joints']['gripper']['position']
+    stops = next(joint.limits for joint in robot.joints if joint.name == 'gripper')
+    assert found['offset'] + found['scale'] * np.array([0, whole]) == pytest.approx(
+        stops, abs=1e-4
+    )
+
+
+def test_counts_of_servos_are_no_degrees():
+    ends = of_angles([np.array([3000.0, 100.0, 7.0])]).entry
+    assert ends == {'scale': 0.00153398, 'offset': -3.14159}
+    assert [of_angles([np.array([x, 100.0, 7.0])]).name for x in (700, 700.5)] == ['?', 'deg']
 
 
 def guessed(log: Path) -> dict:
@@ -117,12 +114,9 @@ def test_a_csv_log_with_torques_imports_as_guessed(tmp_path):
 @pytest.mark.parametrize(
     ('flag', 'off', 'on', 'found'),
     [
-        ('torque_enable', 'false', 'true', 'enabled'),
-        ('elbow_enabled', '0', '1', 'enabled'),
-        ('motor_on', '0', '0', 'enabled'),
-        ('enable_cmd', '0', '1', 'enabled'),
-        ('elbow_torque', '0', '1', 'effort'),
-        ('elbow_torque', '0.2', '1', 'effort'),
+        *(('torque_enable', 'false', 'true', 'enabled'), ('motor_on', '0', '0', 'enabled')),
+        *(('elbow_enabled', '0', '1', 'enabled'), ('enable_cmd', '0', '1', 'enabled')),
+        *(('elbow_torque', '0', '1', 'effort'), ('elbow_torque', '0.2', '1', 'effort')),
     ],
 )
 def test_a_flag_is_no_torque_and_may_say_when_the_motor_is_on(tmp_path, flag, off, on, found):

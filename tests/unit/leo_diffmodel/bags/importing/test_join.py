@@ -97,10 +97,8 @@ def test_other_names_are_joined_when_that_is_said(tmp_path):
 @pytest.mark.parametrize(
     ('names', 'short'),
     [
-        (['run3_q', 'run3_dq'], ['q', 'dq']),
-        (['q_run3', 'dq_run3'], ['q', 'dq']),
-        (['q', 'dq'], ['q', 'dq']),
-        (['a_q', 'b_q_x'], ['a_q', 'b_q_x']),
+        *((['run3_q', 'run3_dq'], ['q', 'dq']), (['q_run3', 'dq_run3'], ['q', 'dq'])),
+        *((['q', 'dq'], ['q', 'dq']), (['a_q', 'b_q_x'], ['a_q', 'b_q_x'])),
         (['only_q'], ['only_q']),
     ],
 )

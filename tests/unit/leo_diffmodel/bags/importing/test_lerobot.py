@@ -155,26 +155,16 @@ def test_a_data_set_that_is_not_whole(data, tmp_path):
 @pytest.mark.parametrize(
     'values',
     [
-        [None, [1.0, 2.0]],
-        [[1.0], [1.0, 2.0]],
-        [[1.0, None], [1.0, 2.0]],
-        ['a', 'b'],
-        [{'a': 1}] * 2,
-        [[1e300, 1.0], [np.inf, 1.0]],
-        [[[1.0], [2.0]]] * 2,
-        [True, False],
+        *([None, [1.0, 2.0]], [[1.0], [1.0, 2.0]], [[1.0, None], [1.0, 2.0]], ['a', 'b']),
+        *([{'a': 1}] * 2, [[1e300, 1.0], [np.inf, 1.0]], [[[1.0], [2.0]]] * 2, [True, False]),
     ],
 )
 def test_columns_of_anything(data, values, tmp_path):
     for file in (data / 'data/chunk-000').iterdir():
         file.unlink()
     frames = {'action': values, 'observation.state': [[1.0, 2.0]] * 2, 'timestamp': [0.0, 0.1]}
-    frames |= {
-        'frame_index': [0, 1],
-        'index': [0, 1],
-        'episode_index': [0, 0],
-        'task_index': [0, 0],
-    }
+    frames |= {name: [0, 1] for name in ('frame_index', 'index')}
+    frames |= {name: [0, 0] for name in ('episode_index', 'task_index')}
     pq.write_table(pa.table(frames), data / 'data/chunk-000/file-000.parquet')
     one_line(lambda: import_logs([data], MAP, tmp_path / 'bag'))
 
@@ -209,10 +199,7 @@ def test_an_episode_twice_is_refused(tmp_path, files):
 @pytest.mark.parametrize(
     'names',
     [
-        [['a', 'b']],
-        {'motors': [['a', 'b']]},
-        {'arm': ['a'], 'hand': ['b']},
-        {'b': 1, 'a': 0},
+        *([['a', 'b']], {'motors': [['a', 'b']]}, {'arm': ['a'], 'hand': ['b']}, {'b': 1, 'a': 0}),
         [{'motors': ['a', 'b']}],
     ],
 )

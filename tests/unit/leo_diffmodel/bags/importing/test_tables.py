@@ -9,6 +9,7 @@ import scipy.io
 
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs
+from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.log_format import LogFormat
 from leo_diffmodel.bags.importing.tables import read_tables
 from leo_diffmodel.bags.recording import read_bag
@@ -100,6 +101,19 @@ def test_texts_beside_arrays_are_left_out(tmp_path):
     assert found == {'kp': [3, 3], 't': [0, 1], 'q': [1, 2]}
 
 
+def test_arrays_of_other_lengths_are_told_and_refused_where_the_map_names_them(tmp_path):
+    log = tmp_path / 'log.npz'
+    np.savez(log, t=T, q=T, goal=T[1:])
+    text = guess_map(log, tmp_path / 'map.yaml').read_text()
+    assert "# 'goal': 4 values and not 5, so left out; cut them to one length, or save" in text
+    mapping = {'time': {'period': 0.01}, 'joints': {'pivot': {'position': 'goal'}}}
+    (episode,) = imported(tmp_path, log, mapping)
+    assert episode.q[:, 0].tolist() == T[1:].tolist()
+    mapping['inputs'] = {'pivot': {'effort': {'expression': '2 * q'}}}
+    with pytest.raises(UserError, match=r'log.npz: q has 5 values and goal 4; cut them to one le'):
+        imported(tmp_path, log, mapping)
+
+
 FORMAT = """
 import numpy as np
 
@@ -146,6 +160,7 @@ def test_an_unknown_format_names_those_that_are_known(tmp_path):
     [
         ('run.xlsx', 'run.xlsx', 'is a spreadsheet; save it as CSV and import that'),
         ('run.pkl', 'run.pkl', 'is a pickle, which can run code as it is read; save np.savez('),
+        ('run.db3.gz', 'run.db3.gz', 'a bag already and needs no import; unpack it with gunzip'),
         ('run.mcap', 'run.mcap', 'is a bag already and needs no import; look into it: leo bag'),
         ('run/run_0.mcap', 'run', 'is a bag already and needs no import; look into it: leo bag'),
         ('run/run_0.db3', 'run', 'is a bag already and needs no import; look into it: leo bag'),
