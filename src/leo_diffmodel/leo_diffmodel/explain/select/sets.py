@@ -153,11 +153,11 @@ def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
 
 
 def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: float) -> bool:
-    """Whether every part of a set is known and surely predicts worse, and all of fewer effects do.
+    """Whether every part of a set is known and surely predicts worse, and all simpler sets do.
 
-    What takes more effects to predict what fewer predict as well is no better answer, even where
-    it saves more; unless it explains most of what the fewer leave. Whether usual losses are there
-    is no question.
+    What takes more effects to predict what fewer, of no more parameters, predict as well is no
+    better answer, even where it saves more; unless it explains most of what those leave. Whether
+    usual losses are there is no question.
     """
     asked = [scored.names - {c} for c in scored.names - weight.usual]
     if not {*asked} <= {s.names for s in sets}:
@@ -165,7 +165,7 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     usual = scored.names & weight.usual
     alike = [s for s in sets if s.names & weight.usual == usual]
     parts = [s for s in alike if s.size < scored.size and holds(scored, s)]
-    fewer = [s for s in alike if len(s.names) < len(scored.names)]
+    fewer = [s for s in alike if len(s.names) < len(scored.names) and s.size <= scored.size]
 
     return all(weight.supports(s, scored, limit) for s in parts) and all(
         weight.saves(s, scored, limit) and weight.matters(s, scored) for s in fewer
