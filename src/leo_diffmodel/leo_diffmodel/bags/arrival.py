@@ -9,7 +9,11 @@ Clock = Callable[[], int]  # a time in ns
 
 
 class ArrivalTimes:
-    """Log times that go on evenly while the clock on the wall is set, by a steady one."""
+    """Log times that go on evenly while the clock on the wall is set.
+
+    The middleware says when a message arrived by that clock. Here that is brought to a time since
+    the start by a steady clock, and into the span in which it must have arrived.
+    """
 
     def __init__(self, wall: Clock = time.time_ns, steady: Clock = time.monotonic_ns) -> None:
         self._wall, self._steady = wall, steady
@@ -41,7 +45,11 @@ Present = Callable[[], Collection[bytes]]  # GIDs of the publishers that the gra
 
 
 class Origin(Enum):
-    """Whose message one is; again, as the other one was not the robot after a restart."""
+    """Whose message one is.
+
+    Of the robot that is recorded, of another publisher, or of the robot that is recorded again,
+    since the other one was not itself after a restart.
+    """
 
     OURS = 'ours'
     OTHER = 'other'
@@ -51,9 +59,10 @@ class Origin(Enum):
 class Sources:
     """The publishers of the same joints on one topic, of which one is recorded.
 
-    A newcomer is the robot started again where the graph has lost the former one, or it is silent;
-    where that goes on, it is recorded again. One that overlaps with the robot is believed only
-    when that has left the graph, or would have. `refused` has when each first was, by GID [s].
+    A newcomer is the robot started again where the graph has lost the former one, or nothing has
+    come from it for a while; where that one then goes on, it is recorded again. One that has
+    spoken at the same time as the robot is believed only when the robot has left the graph, or
+    would have. `refused` has by GID when each other one was first refused [s].
     """
 
     def __init__(self) -> None:

@@ -35,8 +35,9 @@ class BagState(Enum):
 def finish_bag(path: Path) -> BagState:
     """Give an unfinished bag its index and metadata.yaml; leave all others as they are.
 
-    Of a single .mcap only the index is made. One that is being written, or damaged, is left alone.
-    Each file is replaced in one step: a kill while finishing loses nothing.
+    Of a single .mcap only the index is made. A bag that another process is writing, or one that is
+    damaged, is left alone. Each file is replaced in one step, by a copy that is already on disk: a
+    kill while finishing loses nothing. Raises UserError without a bag, OSError without room.
     """
     if find_databases(path):  # a database needs no index of ours
         return BagState.FINISHED
@@ -55,6 +56,7 @@ def finish_bag(path: Path) -> BagState:
 
 
 def finish_left_over(base: Path) -> list[Path]:
+    """Finish the bags of killed recorders with this base name, where there is room."""
     found = []
     for bag in recorded(base):
         with suppress(OSError):
@@ -64,6 +66,7 @@ def finish_left_over(base: Path) -> list[Path]:
 
 
 def recorded(base: Path) -> list[Path]:
+    """Return the bags with this base name, the one being written too."""
     folders = [base, *sorted(base.parent.glob(f'{base.name}_*'))]
     return [folder for folder in folders if folder.is_dir() and any(folder.glob('*.mcap'))]
 
@@ -110,6 +113,7 @@ def _lock(stream: IO[bytes]) -> Iterator[bool]:
 
 
 def _copy(source: Path, target: Path) -> bool:
+    """Copy all whole records to a new, indexed file on disk; say whether all could be read."""
     file = McapFile(source)
     with target.open('wb') as stream:
         writer = Writer(stream, compression=CompressionType.NONE)
@@ -138,7 +142,11 @@ def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
 
 
 def write_metadata(folder: Path) -> Path:
-    """Write metadata.yaml of a bag in one step; raises `mcap_file.DAMAGE` of a bad summary."""
+    """Write metadata.yaml of a bag in one step and return its path.
+
+    Raises what `mcap_file.DAMAGE` lists where a summary does not read, UserError of too many
+    topics.
+    """
     summaries = {file: _summary(file) for file in find_files(folder)}
     content = {'rosbag2_bagfile_information': _information(summaries)}
     return write_whole(folder / 'metadata.yaml', yaml.safe_dump(content, sort_keys=False))

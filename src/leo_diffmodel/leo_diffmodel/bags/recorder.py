@@ -31,8 +31,9 @@ _STAMPED = {JOINT_STATE, DYNAMIC_JOINT_STATE}
 class Recorder:
     """Writes what it is given to a bag, and to the next one after a restart of the robot.
 
-    The bag is made with the first message; latched ones are carried over to the next bag, which
-    begins, too, where one is moved or removed. While the disk is full, messages are left out.
+    The bag is made with the first message. Latched messages are carried over to the next bag.
+    While the disk is full, messages are counted and left out; recording goes on when there is
+    room. Where a bag is moved or removed, the next one begins. Of two robots one is recorded.
     """
 
     def __init__(self, base: Path) -> None:
@@ -69,8 +70,10 @@ class Recorder:
     ) -> None:
         """Write one CDR message; not one of a second robot or sent before a restart.
 
-        `published_ns` is by the publisher's clock, `number` how many it has sent on the topic (0:
-        unknown), `logged_ns` when the message arrived (0: now), `publisher` its GID.
+        `published_ns` is by the publisher's clock, which orders what one node published on several
+        topics, `number` how many it has sent on the topic (both 0 where unknown), `logged_ns` when
+        the message arrived (0 for now), `publisher` its GID. Raises UserError where the first bag
+        cannot be made any more.
         """
         logged_ns = logged_ns or time.time_ns()
         if not self._is_ours(topic, data, publisher, logged_ns) or self._is_left_over(topic, data):
@@ -86,6 +89,7 @@ class Recorder:
             self._write(self._writer, topic, data, logged_ns, published_ns, number)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
+        """Set the `leo` record of this bag and those that follow."""
         if dict(metadata) != self._metadata:
             self._metadata = dict(metadata)
             if self._writer is not None:
@@ -108,10 +112,14 @@ class Recorder:
 
     @property
     def size(self) -> int:
+        """Bytes of the bag being written."""
         return self._writer.size if self._writer else 0
 
     def close(self) -> None:
-        """Finish the bag being written; what a full disk did not take is lost."""
+        """Finish the bag being written; the next message would open another.
+
+        Where the disk is full, what it did not take is lost; the bag is one that was cut short.
+        """
         writer, self._writer = self._writer, None
         if writer is not None:
             with self._disk():
@@ -123,6 +131,7 @@ class Recorder:
         return len(set().union(*(sources.refused for sources in self._sources.values())))
 
     def _is_ours(self, topic: Topic, data: bytes, publisher: bytes, logged_ns: int) -> bool:
+        """Say whether to record a message; begin a bag for the robot that is recorded again."""
         if not _has_stamp(topic, data):
             return True
         sources = self._sources.setdefault((topic.name, joints_text(data)), Sources())
@@ -228,10 +237,12 @@ def _has_stamp(topic: Topic, data: bytes) -> bool:
 
 
 def header_stamp(data: bytes) -> int:
+    """Return the stamp [ns] of a CDR message that starts with a header."""
     seconds, nanoseconds = struct.unpack_from('<iI' if data[1] else '>iI', data, 4)
     return int(seconds) * 1_000_000_000 + int(nanoseconds)
 
 
 def free_folder(base: Path) -> Path:
+    """Return `base`, or the first of `base_1`, `base_2`, ... that does not exist."""
     numbered = (base.with_name(f'{base.name}_{number}') for number in count(1))
     return next(folder for folder in chain([base], numbered) if not folder.exists())

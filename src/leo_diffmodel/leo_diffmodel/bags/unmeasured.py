@@ -36,7 +36,10 @@ DIFFERENTIATED = 'differentiated from the positions'
 
 
 def without_unmeasured(states: StateLog, robot: Robot, topic_map: TopicMap) -> StateLog:
-    """Make NaN of rates and efforts that are no measurement; 0 N m without a motor is one."""
+    """Make NaN of rates and efforts that are no measurement.
+
+    0 N m is one where no motor moves the joint, or where the topic map takes it for the input.
+    """
     units = lengths(robot)
     moved = [f'{way:.2g} {u}' for u, way in zip(units.values(), _moved(states), strict=True)]
     driven = set() if topic_map.input == 'effort' else {a.joint for a in robot.actuators}
@@ -111,6 +114,7 @@ def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
 
 
 def without_made_rates(states: StateLog, *_: object) -> StateLog:
+    """Leave out velocities that are differences of the positions."""
     if states.dq is None:
         return states
     there = np.isfinite(states.dq).all(axis=0)
@@ -121,7 +125,10 @@ def without_made_rates(states: StateLog, *_: object) -> StateLog:
 
 
 def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:
-    """Return which difference of the positions (T, J) the velocities are, of all joints alike."""
+    """Return which difference of the positions (T, J) the velocities (T, J) are; '' for none.
+
+    All joints that say something must agree: those whose differences are rough in 20 samples.
+    """
     if len(q) < FEWEST_ROUGH or not (np.diff(stamp_ns) > 0).all():
         return ''
     t = (stamp_ns - stamp_ns[0]) * 1e-9
@@ -137,7 +144,10 @@ def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:
 
 
 def _repeats(at: Floats, difference: Floats, dq: Floats) -> bool:
-    """Say whether velocities (N, J) are a difference, at times (N,), as rough as that is."""
+    """Say whether velocities are a difference to a small part of its roughness.
+
+    Times `at` of the differences [s] have shape (N,), the others (N, J) [rad/s].
+    """
     slope = np.diff(difference, axis=0) / np.diff(at)[:, None]
     rough = np.abs(np.diff(slope, axis=0)) * (at[2:] - at[:-2])[:, None] / 2
     off = np.abs(dq - difference)[1:-1]

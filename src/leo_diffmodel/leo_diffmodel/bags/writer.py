@@ -23,7 +23,10 @@ from .types import definition
 
 
 class Spool:
-    """A new file without holes: what finds no room is written first by the next `flush`."""
+    """A new file for a writer of records, without holes whenever there was no room for it.
+
+    Whatever could not be written is kept and written first by the next `flush`.
+    """
 
     def __init__(self, path: Path) -> None:
         self._file = path.open('x+b', buffering=0)
@@ -31,15 +34,18 @@ class Spool:
         self._taken = 0
 
     def write(self, data: bytes) -> int:
+        """Keep bytes in memory until `flush`; return how many."""
         self._waiting += data
         self._taken += len(data)
         return len(data)
 
     def flush(self) -> None:
+        """Hand all to the operating system; what it does not take now (OSError) waits."""
         while self._waiting:
             del self._waiting[: os.write(self._file.fileno(), self._waiting)]
 
     def read(self, offset: int, size: int) -> bytes:
+        """Bytes at an offset of the file, fewer at its end."""
         return os.pread(self._file.fileno(), size, offset)
 
     def tell(self) -> int:
@@ -49,6 +55,7 @@ class Spool:
         return self._file.fileno()
 
     def close(self) -> None:
+        """Close the file; what still waits is lost."""
         self._file.close()
 
     @property
@@ -63,7 +70,12 @@ _MOST = _FRAME.size + _CHUNK.size
 
 
 class ChunksOfFile:
-    """Chunk indices of mcap's Writer, whose list would grow on: read from the chunks' heads."""
+    """What stands in for the list of chunk indices of mcap's Writer.
+
+    That list grows by some hundred bytes with each chunk, ten times a second for as long as is
+    recorded; what is in it can be read from the chunks' heads. `read` takes an offset in the file
+    and how many bytes at most.
+    """
 
     def __init__(self, read: Callable[[int, int], bytes]) -> None:
         self._read = read
@@ -96,7 +108,17 @@ class ChunksOfFile:
 
 def _index(at: int, size: int, head: bytes) -> ChunkIndex:
     first, last, uncompressed, _, _, compressed = _CHUNK.unpack_from(head)
-    return ChunkIndex(size, at, '', compressed, last, 0, {}, first, uncompressed)
+    return ChunkIndex(
+        message_start_time=first,
+        message_end_time=last,
+        chunk_start_offset=at,
+        chunk_length=size,
+        message_index_offsets={},
+        message_index_length=0,
+        compression='',
+        compressed_size=compressed,
+        uncompressed_size=uncompressed,
+    )
 
 
 FLUSH_SECONDS = 0.1  # longest time a message waits in this process; what `kill -9` can cost
@@ -105,6 +127,7 @@ NUMBERS = 0xFFFFFFFF  # MCAP counts messages by so many bits
 
 
 def make_folder(folder: Path) -> None:
+    """Make a folder, with those above it; refuse one that exists or cannot be made."""
     try:
         folder.mkdir(parents=True)
     except FileExistsError:
@@ -116,11 +139,13 @@ def make_folder(folder: Path) -> None:
 class BagWriter:
     """One bag folder being written: `count` messages, of which `unsaved` still wait.
 
-    Messages reach the operating system in whole chunks at most `FLUSH_SECONDS` after they came, as
-    long as `flush` is called. While open, the file is locked, as `leo bag info` sees.
+    Messages reach the operating system in small whole chunks at most `FLUSH_SECONDS` after they
+    came, as long as `flush` is also called when none come. While open, the file is locked, which
+    is how `leo bag info` knows a live bag from a dead one.
     """
 
     def __init__(self, folder: Path, metadata: Mapping[str, str] | None = None) -> None:
+        """Create the folder, which must not exist, with a `leo` record; more may follow later."""
         self.folder = folder
         self.file = folder / f'{folder.name}_0.mcap'
         make_folder(folder)
@@ -142,6 +167,7 @@ class BagWriter:
             self.add_metadata(metadata)
 
     def add_topic(self, name: str, type_name: str, qos: str = '') -> int:
+        """Return the channel of a topic, added at first; `qos` is its `offered_qos_profiles`."""
         if name in self._channels:
             return self._channels[name]
         text, digest = definition(type_name)
@@ -154,6 +180,7 @@ class BagWriter:
         return self._channels[name]
 
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
+        """Add a `leo` metadata record; of several the last one counts."""
         texts = {visible(key): visible(value) for key, value in metadata.items()}
         self._writer.add_metadata('leo', texts)
         self.flush()
@@ -163,8 +190,9 @@ class BagWriter:
     ) -> None:
         """Write one CDR message (4-byte header included).
 
-        `number` is how many its publisher has sent on the topic; 0 where a time or number is
-        unknown. OSError: the disk takes nothing now; the message waits for the next `flush`.
+        `log_ns` is when it was recorded, `published_ns` when it was published, `number` how many
+        its publisher has sent on the topic (both 0 where unknown). OSError: the disk takes nothing
+        now; the message waits for the next `flush`.
         """
         self._writer.add_message(channel, log_ns, data, published_ns or log_ns, number & NUMBERS)
         self.count += 1
@@ -173,6 +201,7 @@ class BagWriter:
             self.flush()
 
     def flush(self) -> None:
+        """Hand all to the operating system; what it does not take now (OSError) waits."""
         self._writer.flush()
         self._flushed = time.monotonic()
         self.unsaved = 0
@@ -183,6 +212,7 @@ class BagWriter:
 
     @property
     def is_there(self) -> bool:
+        """Whether the file is where it was made: nobody has moved or removed it."""
         try:
             return os.path.samestat(self.file.stat(), os.fstat(self._stream.fileno()))
         except OSError:
@@ -193,7 +223,10 @@ class BagWriter:
         return os.fstat(self._stream.fileno()).st_nlink == 0
 
     def close(self) -> None:
-        """Write the index, and metadata.yaml where the folder is; close the file in any case."""
+        """Write the index, and metadata.yaml where the folder is; close the file in any case.
+
+        OSError: the disk does not take them.
+        """
         try:
             self._writer.flush()
             self._writer.finish()

@@ -15,20 +15,38 @@ from leo_sim.common.yaml_file import shown
 
 from .log_format import canonical_index, Column
 
-_SIGNS = (
-    'Add:add Sub:sub Mult:mul Div:truediv Mod:mod USub:neg UAdd:pos '
-    'Lt:lt LtE:le Gt:gt GtE:ge Eq:eq NotEq:ne'
-)
-_PAIRS = (pair.split(':') for pair in _SIGNS.split())
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
-    **{getattr(ast, sign): getattr(operator, name) for sign, name in _PAIRS},
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Mod: operator.mod,
     ast.Pow: np.float_power,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
 }
-_OF_ONE = 'abs sign sqrt exp log sin cos tan unwrap radians'
-_OF_MORE = {'atan2': (np.arctan2, 2), 'min': (np.minimum, 2), 'max': (np.maximum, 2)}
 FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
-    **{name: (getattr(np, name), 1) for name in _OF_ONE.split()},
-    **(_OF_MORE | {'clip': (np.clip, 3), 'where': (np.where, 3)}),
+    'abs': (np.abs, 1),
+    'sign': (np.sign, 1),
+    'sqrt': (np.sqrt, 1),
+    'exp': (np.exp, 1),
+    'log': (np.log, 1),
+    'sin': (np.sin, 1),
+    'cos': (np.cos, 1),
+    'tan': (np.tan, 1),
+    'atan2': (np.arctan2, 2),
+    'min': (np.minimum, 2),
+    'max': (np.maximum, 2),
+    'clip': (np.clip, 3),
+    'where': (np.where, 3),
+    'unwrap': (np.unwrap, 1),
+    'radians': (np.radians, 1),
 }
 """Functions of columns, and how many of them each takes."""
 CONSTANTS = {'pi': np.array([np.pi]), 'nan': np.array([np.nan])}
