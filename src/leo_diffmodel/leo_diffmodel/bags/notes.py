@@ -44,7 +44,7 @@ def _of_states(bag: RobotBag, states: StateLog, segments: Segments, used: int) -
     found = [
         (not contents.finished, 'still being recorded; read up to now' if recorded else cut),
         (contents.damaged, f'damaged in {contents.damaged} places; what is there was left out'),
-        (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
+        (lost, f'{lost} messages were lost while it was recorded'),
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
         *((True, text) for text in states.notes),

@@ -110,7 +110,7 @@ def _info(argv: list[str]) -> int:
         show(info, Terminal())
         model = typed(info.metadata.get('robot', ''))
         print(f'next: {leo("compare", info.path, "--model", model)}')
-    return 0
+    return 1 if info.metadata.get('lost') else 0
 
 
 def _show(argv: list[str]) -> int:
