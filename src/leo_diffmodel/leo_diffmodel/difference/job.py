@@ -16,6 +16,7 @@ import sys
 import time
 from typing import Any, IO, TYPE_CHECKING
 
+from leo_msgs_py.ending import end_with
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.consent import add_effect_argument
@@ -231,4 +232,5 @@ def repaired(recordings: Recordings, model: Model, path: Path) -> tuple[Model, s
 
 
 if __name__ == '__main__':
+    end_with(os.getppid())
     sys.exit(main(sys.argv[1:]))

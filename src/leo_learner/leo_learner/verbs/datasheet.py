@@ -13,6 +13,7 @@ from typing import Any, TYPE_CHECKING
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.next import predict_words
 from leo_msgs_py.console import progress, Table, Terminal
+from leo_msgs_py.ending import told_when_ended
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
@@ -122,6 +123,7 @@ def _played(
     return bag
 
 
+@told_when_ended()
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
     """Measure, and write what was asked for."""
     from leo_diffmodel.bags.episode import distinct
