@@ -41,7 +41,6 @@ class Ended(KeyboardInterrupt):
 
     @property
     def status(self) -> int:
-        """The exit status of a shell for a command that a signal ended."""
         return 128 + self.number
 
 

@@ -50,8 +50,6 @@ class TopicLog:
 
 @dataclass(frozen=True)
 class BagContents:
-    """A bag in memory."""
-
     path: Path
     files: tuple[Path, ...]  # MCAP or SQLite, in order
     topics: Mapping[str, TopicLog]  # by name

@@ -28,8 +28,6 @@ from .types import Floats, Stamps, TRAJECTORY, TYPES
 
 
 class Asked(NamedTuple):
-    """What one message asks of n joints."""
-
     log_ns: int  # when it was recorded
     stamp_ns: int  # from when on it counts by its header; 0: as soon as it comes
     names: tuple[str, ...]

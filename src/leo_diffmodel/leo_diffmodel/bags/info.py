@@ -54,8 +54,6 @@ class EpisodeInfo:
 
 @dataclass(frozen=True)
 class BagInfo:
-    """Summary of a bag."""
-
     path: Path
     state: str  # a key of `_STATES`
     size: int  # bytes

@@ -117,7 +117,6 @@ class Recorder:
 
     @property
     def size(self) -> int:
-        """Bytes of the bag being written."""
         return self._writer.size if self._writer else 0
 
     def close(self) -> None:

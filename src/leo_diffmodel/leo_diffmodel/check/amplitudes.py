@@ -18,8 +18,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reach:
-    """What the data can say about one effect at one place."""
-
     name: str  # the effect and its place
     where: str
     unit: str  # of the amplitudes, which are changes from neutral

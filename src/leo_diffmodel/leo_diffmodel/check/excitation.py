@@ -17,8 +17,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Excitation:
-    """Ranges of one joint over all bags."""
-
     joint: str
     angle: tuple[float, float]  # lowest and highest
     rate: tuple[float, float]  # lowest and highest

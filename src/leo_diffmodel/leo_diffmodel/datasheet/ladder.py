@@ -41,7 +41,6 @@ class Ladder:
 
     @property
     def without(self) -> Fit:
-        """The chosen fit less its friction, nothing refitted."""
         return _bare(self.chosen[1].fit)
 
     def verdict(self, scored: Scored) -> str:
@@ -131,7 +130,6 @@ def _values(begun: Fit, rich: Fit) -> np.ndarray:
 
 
 def added(fits: Smooth, at: Estimate, candidate: Candidate, progress: Progress) -> Estimate:
-    """One effect more, from where a scan points."""
     found = fits.with_each(at, [candidate], progress).larger
     return min(found, key=lambda e: float(e.fit.loss[e.problem.train].sum()))
 

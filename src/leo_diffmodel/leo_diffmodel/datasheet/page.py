@@ -16,7 +16,6 @@ USUAL = 'Coulomb, viscous'  # the law that most simulators have, drawn beside th
 
 
 def sheet_page(data: Mapping[str, Any], found: Measured, recordings: Recordings) -> str:
-    """The page of a datasheet.json."""
     end = origin.section(data['provenance'], recordings, data['seconds'])
     sections = [_tables(data), _torque(found, recordings), end]
     title = f'{data["robot"]}, motor at {data["joint"]}: data sheet'

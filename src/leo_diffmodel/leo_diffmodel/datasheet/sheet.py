@@ -21,7 +21,6 @@ GIVEN = ('supply', 'limit', 'position_gain', 'rate_gain', 'resolution', 'goal_ra
 
 
 def sheet(found: Measured) -> dict[str, Any]:
-    """All of it in plain values."""
     rung, final = found.ladder.chosen[0], found.final
     headline = found.held.headline
     return {

@@ -73,7 +73,6 @@ class Updates:
         return self._child is not None
 
     def kept(self) -> dict[int, Path]:
-        """The weights of all updates by their numbers, the newest first."""
         files = ((NUMBERED.fullmatch(file.name), file) for file in self._folder.glob('*'))
         found = {int(match[1]): file for match, file in files if match}
         return dict(sorted(found.items(), reverse=True))

@@ -148,7 +148,6 @@ class _Best:
 
 
 def targets(steps: Transitions, model: Model, form: str) -> Targets:
-    """What a network of a form learns from transitions of a model."""
     layout = layout_of(model.robot)
     x = layout.network_input(steps.q, steps.dq, steps.inputs)
     base = (steps.q, steps.dq) if form == 'full' else (steps.q_model, steps.dq_model)

@@ -40,8 +40,6 @@ class Figure:
 
 @dataclass(frozen=True)
 class Balance:
-    """Factors of one joint."""
-
     figures: Mapping[str, Figure]
     """By name: `weight`, of gravity, and `across` it (as if the joint were a quarter of a turn
     on); `motor`; `late`, how much later the motor acts [s]. Some are missing where they do not

@@ -42,7 +42,6 @@ class Law:
     weight: Array  # of each sample of both channels
 
     def of(self, name: str) -> tuple[float, float]:
-        """A parameter with its standard deviation."""
         i = NAMES.index(name)
         return float(self.theta[i]), float(np.sqrt(self.covariance[i, i]))
 
@@ -214,7 +213,6 @@ def _knots(parts: Sequence[Channels], step: float) -> tuple[list[Knots], int]:
 
 
 def _blocks(parts: Sequence[Channels]) -> Array:
-    """Number of the block of each sample of both channels."""
     numbers, first = [], 0
     for part in parts:
         numbers.append(first + ((part.t - part.t[0]) / LIMITS.block).astype(int))

@@ -39,7 +39,6 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def quantity(value: float | None, of: str, digits: int = 3) -> str:
-    """A number with its unit, never parted at the end of a line."""
     return f'{number(value, digits)}\u00a0{unit(of)}'.rstrip()
 
 
@@ -112,7 +111,6 @@ def estimates(parameters: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def source(recordings: Recordings) -> str:
-    """The data a page was made from, in a few words."""
     first, *others = recordings
     return f'{first.path.name} and {len(others)} more' if others else first.path.name
 

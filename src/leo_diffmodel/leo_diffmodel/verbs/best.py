@@ -24,8 +24,6 @@ HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 
 
 class Best:
-    """Hears each better answer."""
-
     def __init__(self, folder: Path | None) -> None:
         self.folder, self._said, self._told = folder, '', False
         self._began = BEGAN.get(time.monotonic())
@@ -51,7 +49,6 @@ class Best:
             write_whole(self.folder / 'explain.json', json_text(self.answer.to_json()))
 
     def tell(self, arguments: argparse.Namespace) -> None:
-        """Print the answer."""
         assert self.answer
         self._told = True
         if arguments.json:
@@ -81,7 +78,6 @@ class Best:
 
 
 def show(result: Explanation) -> None:
-    """Print the verdict and the leading hypotheses."""
     console = Terminal()
     write = partial(console.print, highlight=False)
     space = HEADLINE - len(f'{result.verdict}: ')

@@ -195,7 +195,6 @@ class GoalSafety(Safety):
             self._last = np.where(begun, applied.nan_where_free, self._last)
 
     def torque_switched(self) -> None:
-        """A free joint moves: goals of before are none of now."""
         self.release()
 
     def _idle(self) -> np.ndarray:

@@ -49,7 +49,6 @@ def robot_diagnostics(
 
 
 def _worst(loop: Loop, torque: bool, neighbours: Sequence[str]) -> tuple[Any, str]:
-    """Level and text of the worst news."""
     safety, alarm = loop.safety, loop.measured.alarm()
     missed, lost = loop.health.take_missed(), loop.faults.take_new()
     refused = safety.take_refused()

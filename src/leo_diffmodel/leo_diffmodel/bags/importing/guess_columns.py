@@ -81,7 +81,6 @@ def matched(names: Sequence[str], robot: KnownRobot) -> dict[str, tuple[str, str
 
 
 def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """Return the pairs whose names are most alike, taken together."""
     from scipy.optimize import linear_sum_assignment
 
     known = [role_of(joint).joint or joint for joint in joints]

@@ -146,7 +146,6 @@ def _sizes(row: Row) -> str:
 
 
 def against(joint: str, forward: float, backward: float, of: str) -> str:
-    """What a joint lacks moving forward and backward, in words."""
     ahead, back = (torque(t, of=of) for t in (forward, backward))
     return f'{joint} lacks {ahead} moving forward and {back} moving backward (means)'
 

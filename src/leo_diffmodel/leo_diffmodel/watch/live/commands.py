@@ -75,12 +75,10 @@ class RecordingSwitch(Command):
 
     @property
     def size(self) -> int:
-        """Bytes on disk of the last recording."""
         return sum(f.stat().st_size for f in self.bag.glob('*.mcap')) if self.bag else 0
 
     @property
     def words(self) -> str:
-        """What it is doing, or how the last recording ended."""
         if not self.possible:
             return NOWHERE
         if self.bag is None:
