@@ -58,7 +58,6 @@ def robot(spawn):
 
 @pytest.fixture
 def live(robot, domain, tmp_path):
-    """Two tabs with a robot process, without a server."""
     with live_robot(10.0, []) as listener:
         found: list = []
         until(lambda: scene_of(listener, found), 'no scene')
@@ -188,7 +187,6 @@ def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, doma
 
 
 def refused(*words) -> str:
-    """What a command says that bad input ends."""
     command = leo_process(*WATCH, '--model', *words)
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 2

@@ -26,13 +26,11 @@ LOCKSTEP = 'realtime_factor:=0'
 
 
 def periods(heard: list[Applied]) -> np.ndarray:
-    """Index of what was heard first in each control period."""
     number = [a.stamp_ns // round(1e9 * PENDULUM.control_period) for a in heard]
     return np.unique(number, return_index=True)[1]
 
 
 def applied_by(node: Node, interface: str) -> list[Applied]:
-    """What a robot applies from now on, in a list that grows."""
     heard: list[Applied] = []
     topic = topics.APPLIED[interface]._replace(qos=topics.LOSSLESS)
     listen(node, topic, lambda m: heard.append(Applied.from_message(m, interface)))

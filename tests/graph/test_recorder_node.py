@@ -41,8 +41,6 @@ PERIOD = 0.01
 
 
 class Robot:
-    """A robot node in this process that swings at 100 Hz."""
-
     def __init__(self) -> None:
         self.node = Node('robot')
         said = 'pendulum', 'nominal', [0.0, 0.0], 7, 1.0

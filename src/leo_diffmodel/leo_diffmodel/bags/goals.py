@@ -83,8 +83,6 @@ def _begin_of(data: bytes, type_name: str) -> Any:
 
 
 class Leg(NamedTuple):
-    """What one message asks of a joint: K goals, at least one."""
-
     begin: int  # from when on it counts [ns]
     times: Stamps  # when the joint is to be there [ns], shape (K,), increasing
     goals: Floats  # [rad, m], shape (K,)

@@ -119,7 +119,6 @@ def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog | None, tu
 
 
 def _joints(topic: TopicLog) -> tuple[str, ...]:
-    """Names of the joints of all publishers on a topic, in the order in which they come."""
     messages = (message for _, message in deserialize(topic, JOINT_STATE))
     often = Counter((m.header.frame_id, *m.name) for m in messages)  # which keeps their order
     kinds = (names for (_, *names), n in often.items() if n >= FEWEST or len(often) == 1)

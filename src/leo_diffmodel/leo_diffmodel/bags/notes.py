@@ -90,7 +90,6 @@ def _of_inputs(bag: RobotBag, states: StateLog, inputs: InputLog | None) -> list
 
 
 def _passed_over(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None) -> Iterator[str]:
-    """Topics that say what was applied, but not what this robot needs."""
     source = inputs.source if inputs else 'none, so the bag counts as passive'
     if any(topic.name == source and topic.type == JOINT_STATE for topic in applied):
         return

@@ -78,8 +78,6 @@ class JointMap(Fixed):
 
 
 class TopicMap(Fixed):
-    """Names, signs and timing of a foreign bag."""
-
     topics: dict[Role, str] = Field(default_factory=dict)
     joints: dict[str, JointMap] = Field(default_factory=dict)
     input: Literal['auto', Input, 'effort', 'none'] = 'auto'

@@ -100,7 +100,6 @@ TEMPERATURE = Topic('/robot/temperature', 'sensor_msgs/msg/Temperature', _RELIAB
 
 
 def at_rows(log: Log, rows: NDArray[Any]) -> Log:
-    """Return a dataclass of arrays with some of their rows, by index or mask."""
     arrays: dict[str, Any] = {f.name: getattr(log, f.name) for f in fields(log)}  # type: ignore[arg-type]
     kept = {name: a[rows] for name, a in arrays.items() if isinstance(a, np.ndarray)}
     return replace(log, **kept)  # type: ignore[type-var]

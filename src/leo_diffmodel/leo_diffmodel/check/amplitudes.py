@@ -111,7 +111,6 @@ def _seconds(data: Traces, share: float) -> float | None:
 
 
 def typical(trace: Trace) -> float:
-    """The second smallest size that was tried, or the only one."""
     sizes = np.unique(trace.sizes)
     return float(sizes[min(1, len(sizes) - 1)])
 

@@ -90,7 +90,6 @@ def scan_all(
     wanted: Sequence[Candidate],
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Scan]:
-    """Scan candidates on top of the model, its uncertain constants refitted first."""
     null = fit(problem, Hypothesis(constants=uncertain(model, problem.trained)))
     scanner = scanner_of(problem, null, scales_of(model, problem.windows))
     scans = []

@@ -44,7 +44,6 @@ class Ladder:
         return _bare(self.chosen[1].fit)
 
     def verdict(self, scored: Scored) -> str:
-        """How a law compares with the chosen one, in two words."""
         _, best = self.chosen
         if scored is best:
             return 'chosen'
@@ -117,7 +116,6 @@ def _above(fits: Smooth, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:
 
 
 def _values(begun: Fit, rich: Fit) -> np.ndarray:
-    """The values of another fit where it has them: of an effect, or of one that shares a term."""
     known, whole = rich.hypothesis, begun.hypothesis
     values = {
         p: rich.theta[known.offset(i) + k]

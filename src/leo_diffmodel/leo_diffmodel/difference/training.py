@@ -128,7 +128,6 @@ class _Best:
         self._epoch = 0
 
     def note(self, losses: Tensor, epoch: int) -> None:
-        """Keep the weights of the members that were never better."""
         before = torch.full_like(losses, torch.inf) if self._losses is None else self._losses
         better = losses < before
         self._losses = torch.minimum(before, losses)

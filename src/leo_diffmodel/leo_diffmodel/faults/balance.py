@@ -60,7 +60,6 @@ def balance(flow: Flow, j: int) -> Balance | None:
     rest = _columns(flow, j)
 
     def columns(late: float) -> dict[str, Array]:
-        """Those that are not zero, where the joint moves."""
         moving = {k: v[fitted] for k, v in (rest | _motor(flow, motor, late)).items()}
         return {k: v for k, v in moving.items() if np.abs(v).max() > 1e-12}
 

@@ -34,8 +34,6 @@ class Channels(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """How the logged speed relates to the logged angle."""
-
     theta: Array  # scale, late [s], filter [s], zero [rad/s]
     covariance: Array  # of these, from blocks of 1 s; 0 of what was not fitted
     loss: float  # Huber loss of both channels [nats]
@@ -173,7 +171,6 @@ class Motion:
         return y - rows @ spline, columns - np.stack([rows @ s for s in seen.T], axis=1)
 
     def _noises(self, law: Law) -> Array:
-        """Noise of both channels from what is left over and its degrees of freedom."""
         (rows, y), root = self._whitened(law.theta), np.sqrt(law.weight)
         probes = np.random.default_rng(0).choice([-1.0, 1.0], (len(y), LIMITS.probes))
         weighted = root * rows

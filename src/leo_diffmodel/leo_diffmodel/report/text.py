@@ -43,7 +43,6 @@ def quantity(value: float | None, of: str, digits: int = 3) -> str:
 
 
 def prefix(size: float) -> tuple[float, str]:
-    """Factor and SI prefix that bring values of this size near one."""
     if size >= 0.1 or size == 0.0:
         return 1.0, ''
     return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')
@@ -82,7 +81,6 @@ def change(before: float, after: float) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share as whole percent, with a decimal where it is small or all but complete."""
     if share is None or not math.isfinite(share):
         return '–'
     if abs(share) < TENTH_OF_A_PERCENT:

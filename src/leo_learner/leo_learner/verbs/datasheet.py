@@ -100,7 +100,6 @@ def _motion(options: Any, model: Model, joint: str) -> int:
 def _played(
     options: Any, model: Model, joint: str, folder: Path | None, ros_args: list[str]
 ) -> Path:
-    """The bag of the standard motion, played on the running robot."""
     from leo_diffmodel.datasheet.measure import opened
     from leo_diffmodel.datasheet.motion import motion
     from leo_diffmodel.next_run.run_file import write_run

@@ -76,7 +76,6 @@ def send(recorder: Recorder, numbers: range) -> None:
 
 
 def stamps(bag: Path) -> list[int]:
-    """Numbers of the states in a bag."""
     messages = load(bag).topics['/joint_states'].messages
     decoded = (decode(m.data, STATES.type) for m in messages)
     return [round((d.header.stamp.sec * 10**9 + d.header.stamp.nanosec) / PERIOD) for d in decoded]
@@ -233,7 +232,6 @@ class Speaker:
 
 
 def run(graph: Graph, seconds: float, *robots: Speaker) -> None:
-    """Have robots speak at 100 Hz, each time in this order."""
     for _ in range(round(100 * seconds)):
         for robot in robots:
             robot.speak()

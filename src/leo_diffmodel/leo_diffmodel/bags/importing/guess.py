@@ -131,7 +131,6 @@ def _part(name: str, joints: Columns, units: Units) -> Iterator[str]:
 
 
 def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
-    """Yield a comment where the log has another input than the robot takes."""
     found = sorted({quantity for columns in inputs.values() for quantity in list(columns)[:1]})
     if robot and found and robot.takes not in found:
         log = '/'.join(INPUTS[quantity] for quantity in found)

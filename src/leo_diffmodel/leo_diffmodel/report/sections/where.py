@@ -156,7 +156,6 @@ def _event(event: Row, bags: list[str]) -> str:
 
 
 def title(stretch: Stretch, model: Model, recordings: Recordings) -> str:
-    """A window by its bag, its time and the joint that is off most."""
     bag, joint = numbered(recordings)[stretch.bag], model.robot.joint_names[stretch.joint]
     return f'{bag} {stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'.strip()
 

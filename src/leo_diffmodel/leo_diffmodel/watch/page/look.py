@@ -44,7 +44,6 @@ def said(html: str = '', **options: Any) -> Div:
 
 
 def note(words: str) -> Div:
-    """Small words on the page, as wide as what they are about."""
     return said(small(words), **WIDE)
 
 
