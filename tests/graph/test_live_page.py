@@ -109,7 +109,6 @@ def commander() -> Callable[[], None]:
 
 
 def samples(live) -> int:
-    """How many states the second tab shows."""
     return len(live.documents[1].get_model_by_name('live measured').data['t'])
 
 

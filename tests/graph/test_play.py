@@ -90,7 +90,6 @@ def test_servos_go_gently_to_where_a_run_begins_once_somebody_agreed(node, spawn
 
 @pytest.fixture
 def robot(domain, spawn):
-    """LEO in lockstep, up and running."""
     start_node(spawn, 'leo_sim', 'robot', 'robot:=leo', LOCKSTEP, 'engine:=rigid')
     heard: list[object] = []
     with graph():

@@ -212,7 +212,6 @@ class Stage:
                 self.said = status
 
     def until(self, condition: Callable[[], bool]) -> None:
-        """Swing until something holds, but not for ever."""
         for _ in range(12_000):
             if condition():
                 return

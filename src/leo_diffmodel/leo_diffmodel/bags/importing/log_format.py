@@ -115,6 +115,7 @@ def each_once(names: Sequence[str], where: str) -> None:
 
 
 def without_infinite(values: Column) -> Column:
+    """Return numbers with NaN for infinite ones, which no sensor measures."""
     return np.where(np.isinf(values), np.nan, values)
 
 
