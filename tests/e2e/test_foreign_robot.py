@@ -35,7 +35,6 @@ def happened(folder: Path) -> list[foreign_arm.Run]:
 
 @pytest.fixture(scope='module')
 def desk(folder: Path, happened: list[foreign_arm.Run]) -> Path:
-    """The robot folder, a bag of each run, a topic map."""
     for number, run in enumerate(happened, start=1):
         foreign_arm.write(folder / f'run{number}', run)
     (folder / 'omx.yaml').write_text(foreign_arm.topic_map(load_robot(folder / 'arm')))

@@ -51,8 +51,6 @@ def running(*words: object, **options: object) -> Iterator[subprocess.Popen]:
 
 
 class Commander(Node):
-    """Steps of random size, another for each actuator."""
-
     def __init__(self, robot: str, volts: float) -> None:
         super().__init__('commander')
         kind, name, qos = topics.COMMANDS['voltage']

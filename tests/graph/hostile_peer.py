@@ -47,7 +47,6 @@ LABEL = 'label___'
 
 
 def command(*values: float, label: str = LABEL) -> Float64MultiArray:
-    """A command whose layout holds a string."""
     message = Float64MultiArray(data=list(values))
     message.layout.dim = [MultiArrayDimension(label=label)]
     return message
@@ -78,14 +77,12 @@ class Peer:
         self._clients: dict[str, Any] = {}
 
     def publisher(self, kind: Any, name: str, qos: Any = DEEP) -> Any:
-        """A publisher that those it is for have found."""
         if (kind, name) not in self._publishers:
             self._publishers[kind, name] = self.node.create_publisher(kind, name, qos)
             time.sleep(MATCHED)
         return self._publishers[kind, name]
 
     def publish(self, kind: Any, name: str, messages: Iterable[Any], qos: Any = DEEP) -> None:
-        """Publish messages, or bytes that say they are one."""
         publisher = self.publisher(kind, name, qos)
         for message in messages:
             with suppress(rclpy_implementation.RCLError):  # too malformed for our middleware
@@ -144,7 +141,6 @@ def random_bytes(sample: bytes) -> Iterable[bytes]:
 
 
 def counts(sample: bytes) -> Iterable[bytes]:
-    """Each of the words replaced by a huge count."""
     for at in range(4, len(sample) - 3, 4):
         for count in (2**31 - 1, 2**32 - 1, 2**28, 10**7):
             yield sample[:at] + struct.pack('<I', count) + sample[at + 4 :]
@@ -159,7 +155,6 @@ def spelled(text: bytes) -> Callable[[bytes], list[bytes]]:
 
 
 def commands(*messages: Any) -> Callable[[Peer], None]:
-    """Send commands that are messages, but none for this robot."""
     return lambda peer: peer.publish(Float64MultiArray, COMMANDS, messages)
 
 
@@ -286,7 +281,6 @@ def call_flood(peer: Peer) -> None:
 
 
 def killed_clients(peer: Peer) -> None:
-    """Kill clients whose requests are pending."""
     killed = [subprocess.Popen([sys.executable, __file__, peer.target, 'die']) for _ in range(3)]
     for process in killed:
         process.wait()

@@ -29,8 +29,6 @@ PERIOD, ROBOT_SILENCE = 0.1, 50
 
 
 class Motor:
-    """What an emulated bus says of the motor behind it."""
-
     def __init__(self, node, spawn, folder, robot) -> None:
         self.node, self.port, self.log = node, folder / 'port', folder / 'motor.log'
         given = f'robot:={robot.folder}', f'link:={self.port}', f'log:={self.log}', 'engine:=rigid'
@@ -88,7 +86,6 @@ def robot(robots, motor):
 
 
 def drive(robot: Robot, motor: Motor, volts: float) -> None:
-    """Command until the motor has it."""
     robot.wait(lambda: robot.send(volts) or abs(motor.volts()[-1] - volts) < STEP, 'not driven')
 
 

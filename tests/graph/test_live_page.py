@@ -58,7 +58,6 @@ def robot(spawn):
 
 @pytest.fixture
 def live(robot, domain, tmp_path):
-    """Two tabs with a robot process, without a server."""
     with live_robot(10.0, []) as listener:
         found: list = []
         until(lambda: scene_of(listener, found), 'no scene')
@@ -110,7 +109,6 @@ def commander() -> Callable[[], None]:
 
 
 def samples(live) -> int:
-    """How many states the second tab shows."""
     return len(live.documents[1].get_model_by_name('live measured').data['t'])
 
 
@@ -188,7 +186,6 @@ def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, doma
 
 
 def refused(*words) -> str:
-    """What a command says that bad input ends."""
     command = leo_process(*WATCH, '--model', *words)
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 2

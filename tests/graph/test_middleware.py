@@ -22,7 +22,6 @@ CYCLONE = 'CYCLONEDDS_URI'
 
 @pytest.fixture
 def fresh(monkeypatch, tmp_path):
-    """An environment that says nothing, in an empty folder."""
     for name in (REACH, CYCLONE, 'ROS_DOMAIN_ID', *FAST_DDS):
         monkeypatch.setenv(name, '')  # so that what `prepare` sets is taken back
         monkeypatch.delenv(name)

@@ -33,8 +33,6 @@ def peer(domain):
 
 @pytest.fixture
 def leo(domain, capfd):
-    """Run a command in this process and return what it prints."""
-
     def run(*args, status=0, saying=''):
         end = time.monotonic() + PATIENCE
         while True:  # again while it has not found the peer in the time it takes

@@ -26,13 +26,11 @@ LOCKSTEP = 'realtime_factor:=0'
 
 
 def periods(heard: list[Applied]) -> np.ndarray:
-    """Index of what was heard first in each control period."""
     number = [a.stamp_ns // round(1e9 * PENDULUM.control_period) for a in heard]
     return np.unique(number, return_index=True)[1]
 
 
 def applied_by(node: Node, interface: str) -> list[Applied]:
-    """What a robot applies from now on, in a list that grows."""
     heard: list[Applied] = []
     topic = topics.APPLIED[interface]._replace(qos=topics.LOSSLESS)
     listen(node, topic, lambda m: heard.append(Applied.from_message(m, interface)))
@@ -92,7 +90,6 @@ def test_servos_go_gently_to_where_a_run_begins_once_somebody_agreed(node, spawn
 
 @pytest.fixture
 def robot(domain, spawn):
-    """LEO in lockstep, up and running."""
     start_node(spawn, 'leo_sim', 'robot', 'robot:=leo', LOCKSTEP, 'engine:=rigid')
     heard: list[object] = []
     with graph():

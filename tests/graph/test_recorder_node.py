@@ -41,8 +41,6 @@ PERIOD = 0.01
 
 
 class Robot:
-    """A robot node in this process that swings at 100 Hz."""
-
     def __init__(self) -> None:
         self.node = Node('robot')
         said = 'pendulum', 'nominal', [0.0, 0.0], 7, 1.0
@@ -145,6 +143,18 @@ def test_a_killed_recorder_starts_again_and_its_bag_is_finished(tmp_path, robot,
     assert len(load(tmp_path / 'bag_1').topics['/robot/episode'].messages) == 1
 
 
+def test_a_recorder_that_is_ended_takes_what_waits_first(tmp_path, robot, spawn):
+    recorder = start_recorder(spawn, tmp_path / 'bag')
+    robot.wait_for_reader()
+    robot.swing(tmp_path / 'bag', 50)
+    recorder.send_signal(signal.SIGSTOP)
+    while robot.count < 150:
+        robot.tick()
+    recorder.send_signal(signal.SIGINT)
+    recorder.send_signal(signal.SIGCONT)
+    assert recorder.wait(PATIENCE) == 0 and on_disk(tmp_path / 'bag') == (150, 150)
+
+
 def _goes_on(bag: Path) -> bool:
     """Whether half a second is there, and the episode, whose publisher may be found later."""
     return min(on_disk(bag)) > 50 and live_bag.counts(bag).get('/robot/episode', 0) > 0
@@ -202,7 +212,6 @@ class Stage:
                 self.said = status
 
     def until(self, condition: Callable[[], bool]) -> None:
-        """Swing until something holds, but not for ever."""
         for _ in range(12_000):
             if condition():
                 return

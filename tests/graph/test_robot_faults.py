@@ -31,8 +31,6 @@ rclpy.spin_until_future_complete(
 
 
 class Rig(Robot):
-    """A robot process with the driver in tests/drivers/rig.py."""
-
     def __init__(self, start, space: str, driver=RIG, **parameters) -> None:
         self.__dict__ = start(space, driver=driver, **parameters).__dict__
 
@@ -65,7 +63,6 @@ class Rig(Robot):
         self.waits_for('end hold', command)
 
     def fatal(self) -> str:
-        """The line with which it ends, its driver stopped."""
         assert self.ended() == 1 and self.calls()[-1] == 'stop'
         (line,) = (line for line in self.said().splitlines() if '[FATAL]' in line)
         return line
@@ -89,7 +86,6 @@ class Rig(Robot):
         return [(float(line[0]), float(line[2])) for line in lines if line[1] == 'write']
 
     def diagnosis(self) -> dict[str, str]:
-        """The next words on /diagnostics."""
         heard = []
         listener = self.node.create_subscription(*topics.DIAGNOSTICS[:2], heard.append, 10)
         self.wait(lambda: any(m.status[0].name.startswith(self.space) for m in heard))

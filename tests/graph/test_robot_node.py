@@ -147,7 +147,6 @@ def recorded(folder: Path, count: int) -> list[tuple]:
 
 
 def drive_to_the_end(robot: Robot, heard: Callable[[], bool]) -> None:
-    """Command until a robot has ended by itself and what it said was heard."""
     end = time.monotonic() + PATIENCE
     while robot.process.poll() is None or not heard():
         assert time.monotonic() < end, robot.said()

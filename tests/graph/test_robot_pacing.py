@@ -154,15 +154,12 @@ def test_lockstep_waits_for_a_reader_but_not_for_ever(robot, monkeypatch):
 
 
 class Hasty(Clock):
-    """A clock that moves by a second with every look."""
-
     def monotonic(self):
         self.sleep(1.0)
         return super().monotonic()
 
 
 def test_what_is_counted_as_sent_was_published(robot):
-    """Also what was read as the signal came."""
     sending, sent = robot._loop, Full()
     sending.topics.states, sent.stuck, before = sent, False, sending.sent
     end()

@@ -3,7 +3,7 @@
 
 import ast
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 import difflib
 import errno
 from functools import wraps
@@ -20,7 +20,7 @@ import sys
 from threading import current_thread, main_thread
 import time
 
-from leo_msgs_py.ending import BEGAN, end, Ended, process_began
+from leo_msgs_py.ending import BEGAN, end, end_with, Ended, PARENT, process_began, SIGNALS
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import visible_output
 
@@ -81,7 +81,7 @@ _NO_EXTRA = "this needs {}, which is not installed: pip install '{}'"
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2
-_INTERRUPTED = 130
+_ENDED = {Ended(number).status for number in SIGNALS}
 _LONGEST = 1500
 _GIVEN = re.compile(r'(\bhidden(?:_seed)?:=|^--hidden[a-z-]*=).*', re.DOTALL)
 _OPTION = re.compile(r'--hidden[a-z-]*')
@@ -105,16 +105,32 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
         alone = current_thread() is main_thread()
         if alone and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, end)
+        if argv is None and (parent := os.environ.pop(PARENT, '')):
+            end_with(int(parent), signal.SIGTERM)
         try:
             with visible_output(), _safe_path():
-                return _run(run, sys.argv[1:] if argv is None else argv)
+                status = _run(run, sys.argv[1:] if argv is None else argv)
         finally:
             BEGAN.reset(began)
             if argv is None:
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
                 gc.freeze()  # else Python looks through all of it once more before it ends
+        if argv is None and status in _ENDED:
+            _leave(status)
+        return status
 
     return main
+
+
+def _leave(status: int) -> None:
+    """End now; Python would wait for threads that compute and processes that were asked."""
+    from multiprocessing import active_children
+
+    for child in active_children():
+        child.kill()
+    with suppress(OSError, ValueError):
+        sys.stderr.flush()
+    os._exit(status)
 
 
 @executable
@@ -177,7 +193,7 @@ def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
 
 
 def _status(interrupt: KeyboardInterrupt) -> int:
-    return interrupt.status if isinstance(interrupt, Ended) else _INTERRUPTED
+    return Ended.of(interrupt).status
 
 
 def _missing(package: str) -> str:

@@ -2,14 +2,15 @@
 """What ends a command early: a signal, or the time that it was given."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 import math
 import os
 from pathlib import Path
 import signal
 import stat
-from threading import current_thread, main_thread
+import sys
+from threading import current_thread, main_thread, Thread
 import time
 from types import FrameType
 
@@ -17,6 +18,8 @@ BEGAN: ContextVar[float] = ContextVar('BEGAN')
 """When the command was typed [s of `time.monotonic`]."""
 LEAVING = 0.5  # s that it takes to say what was kept and to leave Python
 AGAIN = 0.2  # s after which it is raised again: callbacks of compiled code drop exceptions
+LOOK = 0.5  # s between two looks at the process that started this one
+PARENT = 'LEO_PARENT'  # in whose environment a command ends with the process of this number
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -27,6 +30,10 @@ class Ended(KeyboardInterrupt):
         self.number = signal.Signals(number)
         super().__init__(self.number.name)
 
+    @classmethod
+    def of(cls, by: KeyboardInterrupt) -> 'Ended':
+        return by if isinstance(by, cls) else cls(signal.SIGINT)
+
     @property
     def in_time(self) -> bool:
         """Whether nobody ended it: its time was over."""
@@ -34,7 +41,6 @@ class Ended(KeyboardInterrupt):
 
     @property
     def status(self) -> int:
-        """The exit status of a shell for a command that a signal ended."""
         return 128 + self.number
 
 
@@ -75,6 +81,33 @@ def ending(until: float = math.inf) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def told_when_ended() -> Iterator[None]:
+    """End soon at a signal, and say so, what writes nothing before it comes to its end."""
+    try:
+        with ending():
+            yield
+    except KeyboardInterrupt as by:
+        say(f'leo: ended by {Ended.of(by).number.name}: nothing is kept; type the same again')
+        raise
+
+
+def say(text: str) -> None:
+    with suppress(OSError, ValueError):  # nobody reads any more
+        print(text, file=sys.stderr, flush=True)
+
+
+def end_with(parent: int, number: int = signal.SIGKILL) -> None:
+    """Have a signal end this process once the one that started it is gone, by kill -9 too."""
+
+    def wait() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK)
+        os.kill(os.getpid(), number)
+
+    Thread(target=wait, daemon=True).start()
 
 
 def process_began() -> float:

@@ -43,8 +43,6 @@ _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
 
 
 class McapFile:
-    """The records of one file, finished or not."""
-
     def __init__(self, path: Path) -> None:
         self.path = path
         self.finished = False  # whether it ends as a whole one; known once `records` is exhausted

@@ -169,7 +169,7 @@ def listen(node: Node, topic: Topic, callback: Callable[[Any], None]) -> None:
     node.create_subscription(topic.type, topic.name, callback, topic.qos)
 
 
-def every(node: Node, period: float, action: Callable[[], None]) -> Timer:
+def every(node: Node, period: float, action: Callable[[], object]) -> Timer:
     """Have an action run every `period` [s], whatever ROS's clock shows."""
     return node.create_timer(period, action, clock=Clock(clock_type=ClockType.STEADY_TIME))
 

@@ -14,8 +14,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class JointStates:
-    """One measurement of all J joints."""
-
     stamp_ns: int  # time of measurement [ns]
     names: tuple[str, ...]
     position: Array  # angles [rad] (slides: m), continuous, shape (J,)
@@ -137,7 +135,6 @@ def time_message(stamp_ns: int) -> Any:
 
 
 def status_message(name: str, level: bytes, text: str, values: Mapping[str, object]) -> Any:
-    """diagnostic_msgs/DiagnosticStatus with values as they print."""
     from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
     pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]

@@ -4,13 +4,29 @@
 from contextlib import suppress
 import math
 import signal
+import subprocess
+import sys
 import threading
 import time
 
 import pytest
 from tests.patience import PATIENCE
 
-from leo_msgs_py.ending import BEGAN, Ended, ending, process_began
+from leo_msgs_py.ending import BEGAN, Ended, ending, process_began, told_when_ended
+
+PARENT = """
+import subprocess, sys, time
+code = 'import os, time; from leo_msgs_py.ending import end_with; end_with(os.getppid()); '
+subprocess.Popen([sys.executable, '-c', code + 'print(1, flush=True); time.sleep(600)'])
+time.sleep(600)
+"""
+
+
+def test_a_helper_ends_with_the_process_that_started_it_though_that_is_killed():
+    parent = subprocess.Popen([sys.executable, '-c', PARENT], stdout=subprocess.PIPE)
+    assert parent.stdout and parent.stdout.readline() == b'1\n'
+    parent.kill()
+    assert parent.communicate(timeout=PATIENCE) == (b'', None), 'nobody holds the pipe any more'
 
 
 def wait() -> None:
@@ -24,10 +40,12 @@ def handlers() -> list:
 
 
 @pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
-def test_a_signal_ends_it_with_the_status_of_a_shell(number):
+def test_a_signal_ends_it_with_the_status_of_a_shell_and_a_line(number, capsys):
     before = handlers()
-    with pytest.raises(Ended) as found, ending():
+    with pytest.raises(Ended) as found, told_when_ended():
         signal.raise_signal(number)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f'leo: ended by {signal.Signals(number).name}: nothing is kept; type')
     assert found.value.status == 128 + number and not found.value.in_time
     assert handlers() == before and signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 

@@ -85,7 +85,6 @@ def test_errors_spell_out(capsys):
 
 
 def hostile_bag(folder: Path) -> Path:
-    """A bag whose topic, joint and metadata names are harmful."""
     folder.mkdir()
     with (folder / 'bag_0.mcap').open('wb') as stream:
         writer = Writer(stream)

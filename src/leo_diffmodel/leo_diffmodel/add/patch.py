@@ -97,7 +97,6 @@ def by_name(
 
 
 def _each(words: Sequence[str]) -> list[list[str]]:
-    """The words of each effect: itself and the parameters that follow it."""
     groups: list[list[str]] = []
     for word in words:
         if not groups or _names_effect(word):

@@ -38,6 +38,21 @@ class ArrivalTimes:
         return self._start + min(max(received_ns - self._offset, self._since), self._now)
 
 
+class Numbers:
+    """What is missing of what a publisher sent on a topic, by the numbers of its messages."""
+
+    def __init__(self, first: int) -> None:
+        self._first = self._last = first
+
+    def missed(self, number: int) -> int:
+        """How many more are missing now that this one has come; -1 where it comes late."""
+        more = number - self._last - 1
+        if more < 0:
+            return -1 if number > self._first else 0
+        self._last = number
+        return more
+
+
 SILENT = 1.0  # s: so long silent, a robot may have been killed and started again
 LEASE = 20.0  # after so long the graph has forgotten one that was killed, by DDS's default [s]
 

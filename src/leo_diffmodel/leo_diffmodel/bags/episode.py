@@ -106,7 +106,6 @@ def sample_period(recordings: Iterable[Recording]) -> float:
 
 
 def distinct(recordings: Iterable[Recording]) -> None:
-    """Refuse recordings of which two have a time of the same bag."""
     for first, second in itertools.combinations(recordings, 2):
         pairs = itertools.product(first.episodes, second.episodes)
         overlap = any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)

@@ -56,7 +56,6 @@ def finish_bag(path: Path) -> BagState:
 
 
 def finish_left_over(base: Path) -> list[Path]:
-    """Finish the bags of killed recorders with this base name, where there is room."""
     found = []
     for bag in recorded(base):
         with suppress(OSError):
@@ -66,7 +65,6 @@ def finish_left_over(base: Path) -> list[Path]:
 
 
 def recorded(base: Path) -> list[Path]:
-    """Return the bags with this base name, the one being written too."""
     folders = [base, *sorted(base.parent.glob(f'{base.name}_*'))]
     return [folder for folder in folders if folder.is_dir() and any(folder.glob('*.mcap'))]
 
@@ -126,7 +124,6 @@ def _copy(source: Path, target: Path) -> bool:
 
 
 def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
-    """Copy records to another file, which numbers its schemas and channels anew."""
     schemas, channels = {0: 0}, dict[int, int]()
     for r in records:
         if isinstance(r, Message) and r.channel_id in channels:

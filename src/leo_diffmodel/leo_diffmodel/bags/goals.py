@@ -28,8 +28,6 @@ from .types import Floats, Stamps, TRAJECTORY, TYPES
 
 
 class Asked(NamedTuple):
-    """What one message asks of n joints."""
-
     log_ns: int  # when it was recorded
     stamp_ns: int  # from when on it counts by its header; 0: as soon as it comes
     names: tuple[str, ...]
@@ -85,8 +83,6 @@ def _begin_of(data: bytes, type_name: str) -> Any:
 
 
 class Leg(NamedTuple):
-    """What one message asks of a joint: K goals, at least one."""
-
     begin: int  # from when on it counts [ns]
     times: Stamps  # when the joint is to be there [ns], shape (K,), increasing
     goals: Floats  # [rad, m], shape (K,)

@@ -141,6 +141,8 @@ def show(info: BagInfo, console: Console) -> None:
     write(f'{info.duration:.2f} s, {info.messages} messages, {info.size / 1e6:.2f} MB')
     if info.damaged:
         write(f'{info.damaged} damaged places left out')
+    if lost := info.metadata.get('lost'):
+        write(f'{lost} messages were lost while it was recorded')
     for key, value in list(info.metadata.items())[:_MOST_FACTS]:
         write(f'{key}: {value}')
     if len(info.metadata) > _MOST_FACTS:

@@ -41,7 +41,7 @@ def _of_states(bag: RobotBag, states: StateLog, segments: Segments, used: int) -
     found = [
         (not contents.finished, 'still being recorded; read up to now' if recorded else cut),
         (contents.damaged, f'damaged in {contents.damaged} places; what is there was left out'),
-        (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
+        (lost, f'{lost} messages were lost while it was recorded'),
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
         *((True, text) for text in states.notes),
@@ -87,7 +87,6 @@ def _of_inputs(bag: RobotBag, states: StateLog, inputs: InputLog | None) -> list
 
 
 def _passed_over(bag: RobotBag, applied: list[TopicLog], inputs: InputLog | None) -> Iterator[str]:
-    """Topics that say what was applied, but not what this robot needs."""
     source = inputs.source if inputs else 'none, so the bag counts as passive'
     if any(topic.name == source and topic.type == JOINT_STATE for topic in applied):
         return

@@ -12,7 +12,7 @@ import time
 from leo_msgs_py.cdr import joints_text
 from leo_msgs_py.errors import UserError
 
-from .arrival import Origin, Sources
+from .arrival import Numbers, Origin, Sources
 from .types import DYNAMIC_JOINT_STATE, JOINT_STATE, Topic
 from .writer import BagWriter, make_folder
 
@@ -24,6 +24,7 @@ TWO = (
     'two robots publish the states of the same joints, and only one of them is recorded; give '
     'each a namespace (-r __ns:=/left) or a ROS_DOMAIN_ID of its own'
 )
+MISSED = 'messages that were sent never came: this computer is too slow, or stood still'
 _STAMP_ENDS = 12
 _STAMPED = {JOINT_STATE, DYNAMIC_JOINT_STATE}
 
@@ -32,8 +33,9 @@ class Recorder:
     """Writes what it is given to a bag, and to the next one after a restart of the robot.
 
     The bag is made with the first message. Latched messages are carried over to the next bag.
-    While the disk is full, messages are counted and left out; recording goes on when there is
-    room. Where a bag is moved or removed, the next one begins. Of two robots one is recorded.
+    Messages that never came are counted, as are those that a full disk does not take; recording
+    goes on when there is room. Where a bag is moved or removed, the next one begins. Of two robots
+    one is recorded.
     """
 
     def __init__(self, base: Path) -> None:
@@ -45,6 +47,7 @@ class Recorder:
         self._writer: BagWriter | None = None
         self._sources: dict[tuple[str, bytes], Sources] = {}
         self._leads: dict[str, Sources] = {}
+        self._numbers: dict[tuple[str, bytes], Numbers] = {}
         self._last_stamp: dict[str, int] = {}
         self._old_stamp: dict[str, int] = {}
         self._turned, self._turned_by = 0.0, ''
@@ -53,7 +56,8 @@ class Recorder:
         self._troubles: dict[str, float] = {}
         self.folder: Path | None = None  # the bag being written, None before the first message
         self.messages = 0  # recorded, over all bags
-        self.lost = self._lost_before = 0  # without room, or in a bag that was removed
+        self.lost = 0  # never came, came without room, or went with a bag that was removed
+        self._lost_before = self._lost_said = 0
         self.foreign = 0  # of a second robot, left out
         self.full = ''  # why nothing can be written now; '' where all is well
         self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
@@ -75,11 +79,12 @@ class Recorder:
         the message arrived (0 for now), `publisher` its GID. Raises UserError where the first bag
         cannot be made any more.
         """
-        logged_ns = logged_ns or time.time_ns()
+        logged_ns, missed = logged_ns or time.time_ns(), self._missed(topic, publisher, number)
         if not self._is_ours(topic, data, publisher, logged_ns) or self._is_left_over(topic, data):
             return
         if self._jumps_back(topic, data, logged_ns) or not (self._writer or self.full):
             self._next_bag(logged_ns, topic)
+        self._miss(missed)
         if topic.latched:
             self._latched[topic.name] = (topic, data, published_ns)
         if self._writer is None or self.full:
@@ -112,7 +117,6 @@ class Recorder:
 
     @property
     def size(self) -> int:
-        """Bytes of the bag being written."""
         return self._writer.size if self._writer else 0
 
     def close(self) -> None:
@@ -122,6 +126,7 @@ class Recorder:
         """
         writer, self._writer = self._writer, None
         if writer is not None:
+            self._say_lost(writer)
             with self._disk():
                 writer.close()
             self._lose(writer.unsaved)
@@ -171,8 +176,8 @@ class Recorder:
         was_full, self.full = self.full, ''
         with self._disk():
             writer.flush()
+        self._say_lost(writer)
         if was_full and not self.full:
-            self._write_facts(writer)
             self._write_latched(writer, time.time_ns())
 
     def _leave(self, writer: BagWriter) -> None:
@@ -181,6 +186,18 @@ class Recorder:
         if writer.is_removed:
             self._lose(writer.count - writer.unsaved)
         self.close()
+
+    def _missed(self, topic: Topic, publisher: bytes, number: int) -> int:
+        return self._numbers.setdefault((topic.name, publisher), Numbers(number)).missed(number)
+
+    def _miss(self, messages: int) -> None:
+        self.lost += messages
+        if messages > 0:
+            self._troubles[MISSED] = time.monotonic()
+
+    def _say_lost(self, writer: BagWriter) -> None:
+        if self.lost != self._lost_said and not self.full:
+            self._write_facts(writer)
 
     def _lose(self, messages: int) -> None:
         self.lost += messages
@@ -194,7 +211,7 @@ class Recorder:
             self.full = f'{self.folder}: {error.strerror or error}'
 
     def _write_facts(self, writer: BagWriter) -> None:
-        lost = self.lost - self._lost_before
+        self._lost_said, lost = self.lost, self.lost - self._lost_before
         facts = self._metadata | ({'lost': str(lost)} if lost else {})
         if facts:
             with self._disk():

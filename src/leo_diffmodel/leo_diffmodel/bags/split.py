@@ -26,8 +26,6 @@ _NEAR = 3
 
 @dataclass(frozen=True)
 class Segments:
-    """Stretches of states without a break."""
-
     slices: tuple[slice, ...]
     breaks: dict[str, int]  # how often each kind of break came
     set_back: NDArray[np.int64]  # steps in which stamps go back without a new episode, shape (N,)

@@ -94,7 +94,6 @@ def median_step(stamps: Stamps) -> float:
 def in_our_units(
     columns: Sequence[Floats | None], maps: Sequence[JointMap]
 ) -> tuple[Floats, Floats | None, Floats | None]:
-    """Return angles, speeds and efforts in our units, signs and zeros."""
     q, dq, effort = columns
     if dq is not None:
         dq = np.stack([_signed(x, m) for x, m in zip(dq.T, maps, strict=True)], axis=1)

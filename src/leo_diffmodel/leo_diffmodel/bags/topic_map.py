@@ -124,7 +124,6 @@ class RobotBag:
 
     @property
     def motors(self) -> list[str]:
-        """The joints with a motor, as the bag calls them."""
         return [self.map.theirs(a.joint) for a in self.robot.actuators]
 
     def topic(self, role: Role, name: str | None = None) -> TopicLog | None:

@@ -18,8 +18,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reach:
-    """What the data can say about one effect at one place."""
-
     name: str  # the effect and its place
     where: str
     unit: str  # of the amplitudes, which are changes from neutral
@@ -113,7 +111,6 @@ def _seconds(data: Traces, share: float) -> float | None:
 
 
 def typical(trace: Trace) -> float:
-    """The second smallest size that was tried, or the only one."""
     sizes = np.unique(trace.sizes)
     return float(sizes[min(1, len(sizes) - 1)])
 

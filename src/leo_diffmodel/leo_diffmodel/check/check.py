@@ -35,8 +35,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Bag:
-    """A bag to check."""
-
     recording: Recording  # as read
     other: Recording | None = None
     """Read with the inputs held the other way; None leaves that question out."""
@@ -62,7 +60,6 @@ class Check:
         return all(f.severity == OK for f in self.findings)
 
     def to_json(self) -> dict:
-        """The contents of check.json."""
         return {
             'good': self.is_good,
             'findings': [asdict(f) for f in self.findings],
@@ -185,7 +182,6 @@ def _finding(f: Found) -> Finding:
 
 
 def forces(recording: Recording, model: Model) -> list[Finding]:
-    """One finding for each joint and kind of force from outside."""
     if model.robot.contacts and not recording.held:
         return []
     groups = groupby(sorted(moved_from_outside(recording, model), key=_kind), _kind)

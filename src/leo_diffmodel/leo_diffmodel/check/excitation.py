@@ -17,8 +17,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Excitation:
-    """Ranges of one joint over all bags."""
-
     joint: str
     angle: tuple[float, float]  # lowest and highest
     rate: tuple[float, float]  # lowest and highest
@@ -38,7 +36,6 @@ def excitation(recordings: Recordings, sigma: Array, robot: Robot) -> list[Excit
 
 
 def _loose(recordings: Recordings, base: Sequence[str]) -> Iterator[tuple[int, list[int]]]:
-    """Each joint with the recordings in which it may move: those of a held base may not."""
     for j, name in enumerate(recordings[0].joints):
         used = [i for i, r in enumerate(recordings) if not (r.held and name in base)]
         if used:

@@ -25,8 +25,6 @@ MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its 
 
 @dataclass(frozen=True)
 class Misfit:
-    """What short windows miss."""
-
     start: Array  # of each window [s], (W,)
     loss: Array  # without what is free [nats], (W,)
     error: Array  # measured less predicted, over the noise, (W, K)

@@ -17,8 +17,6 @@ from leo_sim.model import Model
 
 @dataclass(frozen=True)
 class Pair:
-    """Two effects that look alike here."""
-
     a: str  # labels, effect:where
     b: str
     separable_nats: float

@@ -62,7 +62,6 @@ def _gaps(recording: Recording) -> list[Finding]:
 
 
 def length(recordings: Recordings) -> Finding:
-    """How long all bags together are."""
     episodes = [e for r in recordings for e in r.episodes]
     seconds = sum(e.seconds for e in episodes)
     what = f'{seconds:.1f} s in {len(episodes)} {"episode" if len(episodes) == 1 else "episodes"}'

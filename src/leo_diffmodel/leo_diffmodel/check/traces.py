@@ -26,8 +26,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Trace:
-    """The traces of one effect at one place."""
-
     candidate: Candidate  # the effect and its place
     sizes: Array  # amplitude of each point tried, as change from neutral, shape (S,)
     nats: Array  # evidence of each in the whole data, 0.5 |signature|^2, shape (S,)
@@ -36,8 +34,6 @@ class Trace:
 
 @dataclass(frozen=True)
 class Traces:
-    """All effects of a robot in one data set."""
-
     traces: tuple[Trace, ...]  # one per effect and place
     threshold: float  # gain that noise alone can give [nats]
     seconds: float  # how much data there is
@@ -94,7 +90,6 @@ def scan_all(
     wanted: Sequence[Candidate],
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Scan]:
-    """Scan candidates on top of the model, its uncertain constants refitted first."""
     null = fit(problem, Hypothesis(constants=uncertain(model, problem.trained)))
     scanner = scanner_of(problem, null, scales_of(model, problem.windows))
     scans = []

@@ -38,7 +38,6 @@ class Ladder:
 
     @property
     def without(self) -> Fit:
-        """The chosen fit less its friction, nothing refitted."""
         return _bare(self.chosen[1].fit)
 
     def verdict(self, scored: Scored) -> str:
@@ -109,7 +108,6 @@ def _above(fits: Smooth, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:
 
 
 def _values(begun: Fit, rich: Fit) -> np.ndarray:
-    """The values of another fit where it has them: of an effect, or of one that shares a term."""
     known, whole = rich.hypothesis, begun.hypothesis
     values = {
         p: rich.theta[known.offset(i) + k]

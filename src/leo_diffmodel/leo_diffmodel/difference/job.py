@@ -16,6 +16,7 @@ import sys
 import time
 from typing import Any, IO, TYPE_CHECKING
 
+from leo_msgs_py.ending import end_with
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.consent import add_effect_argument
@@ -72,7 +73,6 @@ class Updates:
         return self._child is not None
 
     def kept(self) -> dict[int, Path]:
-        """The weights of all updates by their numbers, the newest first."""
         files = ((NUMBERED.fullmatch(file.name), file) for file in self._folder.glob('*'))
         found = {int(match[1]): file for match, file in files if match}
         return dict(sorted(found.items(), reverse=True))
@@ -231,4 +231,5 @@ def repaired(recordings: Recordings, model: Model, path: Path) -> tuple[Model, s
 
 
 if __name__ == '__main__':
+    end_with(os.getppid())
     sys.exit(main(sys.argv[1:]))

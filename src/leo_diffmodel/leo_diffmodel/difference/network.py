@@ -90,7 +90,6 @@ class Network(nn.Module):
         self.register_buffer('target_spread', torch.ones(n_out))
 
     def forward(self, x: Tensor) -> Tensor:
-        """The output, with an axis for the members in front where there are several."""
         x = (x - self.input_mean) / self.input_spread
         y = self.layers(x)
         if self.prior is not None:

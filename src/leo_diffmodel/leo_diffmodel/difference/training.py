@@ -128,7 +128,6 @@ class _Best:
         self._epoch = 0
 
     def note(self, losses: Tensor, epoch: int) -> None:
-        """Keep the weights of the members that were never better."""
         before = torch.full_like(losses, torch.inf) if self._losses is None else self._losses
         better = losses < before
         self._losses = torch.minimum(before, losses)
@@ -148,7 +147,6 @@ class _Best:
 
 
 def targets(steps: Transitions, model: Model, form: str) -> Targets:
-    """What a network of a form learns from transitions of a model."""
     layout = layout_of(model.robot)
     x = layout.network_input(steps.q, steps.dq, steps.inputs)
     base = (steps.q, steps.dq) if form == 'full' else (steps.q_model, steps.dq_model)

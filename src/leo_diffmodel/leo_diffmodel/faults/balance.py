@@ -40,8 +40,6 @@ class Figure:
 
 @dataclass(frozen=True)
 class Balance:
-    """Factors of one joint."""
-
     figures: Mapping[str, Figure]
     """By name: `weight`, of gravity, and `across` it (as if the joint were a quarter of a turn
     on); `motor`; `late`, how much later the motor acts [s]. Some are missing where they do not
@@ -62,7 +60,6 @@ def balance(flow: Flow, j: int) -> Balance | None:
     rest = _columns(flow, j)
 
     def columns(late: float) -> dict[str, Array]:
-        """Those that are not zero, where the joint moves."""
         moving = {k: v[fitted] for k, v in (rest | _motor(flow, motor, late)).items()}
         return {k: v for k, v in moving.items() if np.abs(v).max() > 1e-12}
 

@@ -37,12 +37,10 @@ class Found(Finding):
 
     @property
     def ci95(self) -> tuple[float, float]:
-        """Of the value."""
         return self.value - LIMITS.sigmas * self.sd, self.value + LIMITS.sigmas * self.sd
 
     @property
     def patch(self) -> Patch:
-        """What mends it in a topic map."""
         return self.fault.patch(self.value, self.names)
 
     @property
@@ -62,7 +60,6 @@ class Found(Finding):
 
     @property
     def mending(self) -> str:
-        """How it is undone, in words."""
         return 'left out' if self.cuts else self.line
 
     @property

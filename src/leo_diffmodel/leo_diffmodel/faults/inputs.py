@@ -53,7 +53,6 @@ def _swapped(seen: Flow, j: int, k: int) -> Array:
 
 
 def _size(seen: Flow, j: int, k: int) -> float:
-    """Mean size of the input of joint k while joint j moves."""
     return max(float(np.abs(seen.motor[seen.moving[:, j] > LIMITS.moving, k]).mean()), 1e-12)
 
 

@@ -47,7 +47,6 @@ def mended(recording: Recording, faults: Sequence[Found]) -> Recording:
 
 
 def mapped(recording: Recording, faults: Sequence[Found]) -> Recording:
-    """The recording without the faults that a topic map can undo."""
     patched = [f for f in faults if f.patch]
     return by_map(recording, map_of(patched)) if patched else recording
 

@@ -34,15 +34,12 @@ class Channels(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """How the logged speed relates to the logged angle."""
-
     theta: Array  # scale, late [s], filter [s], zero [rad/s]
     covariance: Array  # of these, from blocks of 1 s; 0 of what was not fitted
     loss: float  # Huber loss of both channels [nats]
     weight: Array  # of each sample of both channels
 
     def of(self, name: str) -> tuple[float, float]:
-        """A parameter with its standard deviation."""
         i = NAMES.index(name)
         return float(self.theta[i]), float(np.sqrt(self.covariance[i, i]))
 
@@ -174,7 +171,6 @@ class Motion:
         return y - rows @ spline, columns - np.stack([rows @ s for s in seen.T], axis=1)
 
     def _noises(self, law: Law) -> Array:
-        """Noise of both channels from what is left over and its degrees of freedom."""
         (rows, y), root = self._whitened(law.theta), np.sqrt(law.weight)
         probes = np.random.default_rng(0).choice([-1.0, 1.0], (len(y), LIMITS.probes))
         weighted = root * rows
@@ -214,7 +210,6 @@ def _knots(parts: Sequence[Channels], step: float) -> tuple[list[Knots], int]:
 
 
 def _blocks(parts: Sequence[Channels]) -> Array:
-    """Number of the block of each sample of both channels."""
     numbers, first = [], 0
     for part in parts:
         numbers.append(first + ((part.t - part.t[0]) / LIMITS.block).astype(int))

@@ -35,15 +35,12 @@ class Rows:
 
     @staticmethod
     def stacked(parts: 'Sequence[Rows]') -> 'Rows':
-        """All rows below each other."""
         first, values = zip(*((p.first, p.values) for p in parts), strict=True)
         return Rows(np.concatenate(first), np.concatenate(values))
 
 
 @dataclass(frozen=True)
 class Knots:
-    """Even knots of one stretch."""
-
     begin: float  # time of the first knot [s]
     step: float  # between two knots [s]
     count: int  # of coefficients

@@ -13,8 +13,6 @@ NORMAL = 1.4826  # standard deviation of normal values, by their median absolute
 
 
 class Figure(NamedTuple):
-    """A parameter of an effect at a place, or a constant of the robot, which has no parameter."""
-
     what: str  # coulomb_friction:pivot, links.bob.mass
     parameter: str = ''
     unit: str = ''

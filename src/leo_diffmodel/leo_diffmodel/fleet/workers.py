@@ -108,7 +108,6 @@ def _client(address: str) -> Iterator[Any]:
 
 
 def distributed() -> Any:
-    """The package, an extra."""
     try:
         import distributed as package
     except ImportError as error:

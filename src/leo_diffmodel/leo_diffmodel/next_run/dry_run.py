@@ -20,8 +20,6 @@ from leo_sim.model.state import State
 
 @dataclass(frozen=True)
 class Travel:
-    """What one joint does."""
-
     joint: str
     unit: str  # of its angle, 'rad' or 'm'
     low: float  # where it goes
@@ -34,8 +32,6 @@ class Travel:
 
 @dataclass(frozen=True)
 class DryRun:
-    """A run as a model predicts it."""
-
     travels: tuple[Travel, ...]  # of each joint that the run moves, in the robot's order
     hits: tuple[str, ...]  # what it runs into, in sentences, first things first
     first: float  # how long servos take to its first goal [s]
@@ -43,7 +39,6 @@ class DryRun:
     finite: bool = True  # whether the model predicts a motion at all
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values."""
         return asdict(self)
 
 

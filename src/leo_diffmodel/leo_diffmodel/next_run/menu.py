@@ -72,7 +72,6 @@ def held(hold: float, draw: Draw) -> Shape:
 
 
 def steps(hold: float) -> Shape:
-    """Steps of random size and sign."""
     return held(hold, lambda rng, n: rng.uniform(-1, 1, n))
 
 
@@ -162,7 +161,6 @@ class MotionRun:
 
     @property
     def times(self) -> float:
-        """How many times as long it is as what is simulated of it."""
         return max(1.0, self.seconds / NEXT.tried_seconds)
 
     @property

@@ -32,8 +32,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Option:
-    """One run of the menu and what it is worth."""
-
     run: Run | MotionRun
     nats: tuple[float, ...]  # predicted evidence on each point of `Proposal.points`
     unsafe: str | None  # why it may not be run, or None

@@ -32,8 +32,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Question:
-    """One effect that could be one of several."""
-
     others: tuple[str, ...]  # labels (effect:where) of the effects that are not in question
     choices: tuple[str, ...]  # labels of what it could be, the leading one first
     pairs: tuple[tuple[int, int], ...]
@@ -42,8 +40,6 @@ class Question:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The answers to a question, each fitted to the bags."""
-
     question: Question  # what is open
     fits: tuple[Fit, ...]  # one per choice
     sigma: Array  # noise of angles and rates, shape (2J,)

@@ -24,12 +24,10 @@ class Reach:
 
     @property
     def centre(self) -> Array:
-        """What a run goes around."""
         return 0.5 * (self.low + self.high)
 
     @property
     def size(self) -> Array:
-        """How far it goes either way."""
         return 0.5 * (self.high - self.low)
 
     @classmethod
@@ -54,8 +52,6 @@ class Reach:
 
 @dataclass(frozen=True)
 class Seen:
-    """What the robot has been through already."""
-
     least: Array  # lowest and highest input on each actuator [V, N m or rad], shape (A,)
     most: Array
     speed: Array  # largest speed of each joint [rad/s], shape (J,)

@@ -43,8 +43,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Run:
-    """What to send to a robot."""
-
     name: str  # short, for tables
     about: str  # what it does, in words
     inputs: Array  # of each control period [V, N m or rad], shape (N, A)
@@ -65,8 +63,6 @@ class Run:
 
 @dataclass(frozen=True)
 class RunFile:
-    """A run file as read."""
-
     robot: str  # name of the robot it was made for
     name: str  # of the run
     actuators: dict[str, str]  # joints of the columns, with the unit of each, one of `UNITS`

@@ -34,7 +34,6 @@ def simulate(runs: Runs, model: Model, period: float) -> list[Recording]:
 
 
 def start_of(run: Run, model: Model) -> State:
-    """Where a run begins: its start pose, servos at their first goals."""
     start = model.start(run.start or 'nominal', np.random.default_rng(0))
     if model.robot.input != 'position':
         return start

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+import math
 from operator import itemgetter
+import time
 from typing import Any, TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -29,6 +31,10 @@ if TYPE_CHECKING:
 TAKE_PERIOD = 0.02
 FLUSH_PERIOD = 0.1
 FACTS_PERIOD = 0.25
+QUIET = 0.3  # s without an old message after which none is on its way
+STILL = 1.0  # s without a look after which this process must have stood still
+FOUND = 3.0  # s in which it then finds the publishers again
+DRAINED = 5.0  # s that it takes at most to get what is on its way
 
 GRAPH_TOPICS = (
     topics.JOINT_STATES,
@@ -71,6 +77,7 @@ class GraphRecorder:
         self._recorder = recorder
         self._facts = RobotFacts(node, robot)
         self._times = ArrivalTimes()
+        self._taken, self._found = time.monotonic(), 0.0
         self._said: Any = None
         self._troubles: list[str] = []
         self._strangers, self._warned = 0, False
@@ -134,20 +141,35 @@ class GraphRecorder:
         return DiagnosticStatus.OK, f'recording {recorder.folder}'
 
     def close(self) -> None:
-        """Take what has arrived and finish the bag."""
+        """Take what was sent before now and finish the bag."""
         for timer in self._timers:
             self._node.destroy_timer(timer)
-        self._take()
+        self._drain()
         self._ears.destroy_node()
         self._recorder.close()
 
-    def _take(self) -> None:
+    def _drain(self) -> None:
+        """Take what is on its way; a process that stood still receives it only now."""
+        ended, began = time.time_ns(), time.monotonic()
+        until = max(began + QUIET, self._found)
+        while time.monotonic() < min(until, began + DRAINED):
+            if (oldest := self._take()) < math.inf:
+                choose = max if oldest < ended else min
+                until = choose(until, time.monotonic() + QUIET)
+            time.sleep(TAKE_PERIOD)
+
+    def _take(self) -> float:
+        """Record what has arrived; return when the oldest of it was published [ns]."""
+        before, self._taken = self._taken, time.monotonic()
+        if self._taken - before > STILL:
+            self._found = self._taken + FOUND
         self._times.begin()
         found = [(topic, m) for topic, waiting in self._subscriptions for m in taken(waiting)]
         self._times.end()
         logged = [self._times.logged(m.received_ns or m.published_ns) for _, m in found]
         for logged_ns, (topic, m) in sorted(zip(logged, found, strict=True), key=itemgetter(0)):
             self._recorder.record(topic, m.data, m.published_ns, logged_ns, m.number, m.publisher)
+        return min((m.published_ns for _, m in found), default=math.inf)
 
     def _publishers(self, topic: str) -> set[bytes]:
         return {bytes(p.endpoint_gid) for p in self._ears.get_publishers_info_by_topic(topic)}

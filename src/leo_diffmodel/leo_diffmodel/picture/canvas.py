@@ -96,7 +96,6 @@ def draw_surroundings(canvas: Canvas, view: View, stick: Stick) -> None:
 
 
 def _draw_ground(canvas: Canvas, view: View, slope: float) -> None:
-    """The floor with a mark each 0.1 m, a longer one each 0.5 m."""
     ends = np.array([view.metres(view.left), view.metres(view.right)])
     line = view.pixels(np.stack([ends, np.tan(slope) * ends], axis=1))
     below = np.array([[view.right, view.bottom], [view.left, view.bottom]])

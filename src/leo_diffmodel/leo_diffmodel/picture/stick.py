@@ -131,8 +131,6 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Shape:
-    """A convex body of a link, drawn by the outline of its points."""
-
     link: str
     points: np.ndarray  # in its axes [m], (N, 3)
     colour: str  # #rrggbb

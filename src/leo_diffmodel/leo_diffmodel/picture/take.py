@@ -30,7 +30,6 @@ class Take:
     end: float
 
     def pose(self, time: float) -> Pose:
-        """The robot at a time, between samples on a straight line."""
         t, q = self.episode.t, self.episode.q
         return self.stick.pose(np.array([np.interp(time, t, column) for column in q.T]))
 

@@ -101,8 +101,6 @@ def sort(variable: Array) -> Bins:
 
 @dataclass(frozen=True)
 class Binned:
-    """What is drawn, in the unit that suits the torque."""
-
     dots: dict[str, Array]  # columns x and y of the estimates
     means: dict[str, Array]
     """Columns of the bins: x, y (the mean), low and high (a standard error away), and curve0,

@@ -144,7 +144,6 @@ def trace(
 
 
 def _leading(found: Search) -> list[tuple[str, Fit]]:
-    """The supported hypothesis, then the best single effects."""
     final, empty = found.final, found.known(frozenset())
     leading = [(' + '.join(c.label for c in final.hypothesis.candidates), final)]
     leading += [

@@ -30,7 +30,6 @@ class Section:
 
 
 def models(*strokes: Stroke) -> list[tuple[str, Stroke]]:
-    """The legend of the only model there is, or of that as given and that as repaired."""
     names = ('as given', 'repaired') if len(strokes) > 1 else ('the model',)
     return list(zip(names, strokes, strict=True))
 
@@ -58,7 +57,6 @@ def render(title: str, source: str, sections: Sequence[Section], watch: str = ''
 
 
 def template(name: str) -> jinja2.Template:
-    """A file of templates/, which knows the palette and how figures are printed."""
     return _templates().get_template(name)
 
 

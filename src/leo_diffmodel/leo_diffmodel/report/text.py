@@ -39,12 +39,10 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def quantity(value: float | None, of: str, digits: int = 3) -> str:
-    """A number with its unit, never parted at the end of a line."""
     return f'{number(value, digits)}\u00a0{unit(of)}'.rstrip()
 
 
 def prefix(size: float) -> tuple[float, str]:
-    """Factor and SI prefix that bring values of this size near one."""
     if size >= 0.1 or size == 0.0:
         return 1.0, ''
     return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')
@@ -83,7 +81,6 @@ def change(before: float, after: float) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share as whole percent, with a decimal where it is small or all but complete."""
     if share is None or not math.isfinite(share):
         return '–'
     if abs(share) < TENTH_OF_A_PERCENT:
@@ -112,7 +109,6 @@ def estimates(parameters: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def source(recordings: Recordings) -> str:
-    """The data a page was made from, in a few words."""
     first, *others = recordings
     return f'{first.path.name} and {len(others)} more' if others else first.path.name
 

@@ -23,8 +23,6 @@ SHOWN = 4
 
 @dataclass(frozen=True)
 class Stretch:
-    """One window that is predicted badly."""
-
     bag: int  # index of its recording
     joint: int  # index of the joint that is off most
     time: Array  # since the bag's begin [s], shape (K+1,)

@@ -110,7 +110,7 @@ def _info(argv: list[str]) -> int:
         show(info, Terminal())
         model = typed(info.metadata.get('robot', ''))
         print(f'next: {leo("compare", info.path, "--model", model)}')
-    return 0
+    return 1 if info.metadata.get('lost') else 0
 
 
 def _show(argv: list[str]) -> int:
@@ -198,7 +198,6 @@ def _fix(argv: list[str]) -> int:
 
 
 def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Model]:
-    """A bag and the model of its robot, or the named one, with what is known of the bag."""
     from leo_diffmodel.bags.contents import robot_of
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.compare.known import with_known

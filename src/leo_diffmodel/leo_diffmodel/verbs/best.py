@@ -5,11 +5,7 @@ import argparse
 from contextlib import suppress
 from functools import partial
 import json
-import multiprocessing
-import os
 from pathlib import Path
-from signal import SIGINT, SIGKILL
-import sys
 import time
 
 from rich.text import Text
@@ -18,7 +14,7 @@ from leo_diffmodel.explain.explanation import Explanation, none_yet
 from leo_diffmodel.verbs.common import NEGATIVE
 from leo_diffmodel.verbs.compared import ranking_table
 from leo_msgs_py.console import in_words, listed, Table, Terminal
-from leo_msgs_py.ending import BEGAN, Ended
+from leo_msgs_py.ending import BEGAN, Ended, say
 from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.model import Model
 
@@ -28,8 +24,6 @@ HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 
 
 class Best:
-    """Hears each better answer."""
-
     def __init__(self, folder: Path | None) -> None:
         self.folder, self._said, self._told = folder, '', False
         self._began = BEGAN.get(time.monotonic())
@@ -47,7 +41,7 @@ class Best:
         said, first = f'{names}; {told.change}', 'so far' if self._said else 'first answer'
         if said != self._said:
             took = in_words(time.monotonic() - self._began)
-            _say(f'{first} after {took}, not sure: {said}')
+            say(f'{first} after {took}, not sure: {said}')
         self._said = said
 
     def write(self) -> None:
@@ -55,7 +49,6 @@ class Best:
             write_whole(self.folder / 'explain.json', json_text(self.answer.to_json()))
 
     def tell(self, arguments: argparse.Namespace) -> None:
-        """Print the answer."""
         assert self.answer
         self._told = True
         if arguments.json:
@@ -65,13 +58,11 @@ class Best:
 
     def left(self, arguments: argparse.Namespace, model: Model, by: KeyboardInterrupt) -> int:
         """Write and print what a command that was ended leaves; its exit status."""
-        early = by if isinstance(by, Ended) else Ended(SIGINT)
-        for pid in filter(None, (child.pid for child in multiprocessing.active_children())):
-            os.kill(pid, SIGKILL)
+        early = Ended.of(by)
         if early.in_time and not self.answer:
             self.answer = none_yet(model)
         self.write()
-        _say(f'leo: {self._kept(early)}')
+        say(f'leo: {self._kept(early)}')
         if self.answer and not self._told:
             self.tell(arguments)
         negative = bool(self.answer and self.answer.verdict in NEGATIVE)
@@ -86,13 +77,7 @@ class Best:
         return f'{why}: {whole} is {where}; the same again with more time comes to its end'
 
 
-def _say(text: str) -> None:
-    with suppress(OSError, ValueError):  # nobody reads any more
-        print(text, file=sys.stderr, flush=True)
-
-
 def show(result: Explanation) -> None:
-    """Print the verdict and the leading hypotheses."""
     console = Terminal()
     write = partial(console.print, highlight=False)
     space = HEADLINE - len(f'{result.verdict}: ')

@@ -180,7 +180,6 @@ def _effects_table(result: Check) -> Table:
 
 
 def _by_name(result: Check) -> Table:
-    """One row for each effect and unit, over its places."""
     caption = (
         'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
         'of its places (- none); --json lists all'

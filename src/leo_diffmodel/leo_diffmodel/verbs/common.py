@@ -67,7 +67,6 @@ def add_search_arguments(arguments: Parser) -> None:
 
 
 def jobs(text: str) -> int:
-    """A number of cores."""
     if not (text.isdigit() and int(text)):
         raise ArgumentTypeError(f'{text!r} is no number of cores; give 1 or more')
     return int(text)
@@ -184,7 +183,6 @@ def fresh_folder(path: str | None) -> Path | None:
 
 
 def nats(evidence: float) -> str:
-    """Evidence, as much as one can read of it."""
     return 'over 1000' if evidence > 1000 else f'{evidence:.1f}'
 
 

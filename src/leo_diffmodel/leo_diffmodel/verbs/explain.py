@@ -72,7 +72,6 @@ def main(argv: list[str]) -> int:
 def _finished(
     arguments: Namespace, best: Best, recordings: Recordings, target: Path | None
 ) -> int:
-    """Print an answer and write it."""
     from leo_diffmodel.report.explained import write_explanation
 
     assert best.answer

@@ -34,8 +34,6 @@ ASKED = ('topic_map', 'begin', 'end', 'step', 'keep', 'mend', 'effect')
 
 @dataclass(frozen=True)
 class Answer:
-    """To one bag: explain.json, or why there is none."""
-
     name: str
     told: dict[str, Any] | None = None
     rules: tuple[Rule, ...] = ()  # none where it is of an earlier run

@@ -11,6 +11,7 @@ from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
+from leo_msgs_py.ending import told_when_ended
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -39,6 +40,7 @@ COLUMNS = {
 }
 
 
+@told_when_ended()
 def main(argv: list[str]) -> int:
     options = _parser().parse_args(argv)
 

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
+from leo_msgs_py.ending import told_when_ended
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.common.consent import effect_words
@@ -36,6 +37,7 @@ POINTS_SHOWN = 12
 ABOUT = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
 
 
+@told_when_ended()
 def main(argv: list[str]) -> int:
     """Exit status 0, or 1 where no run of the menu helps."""
     arguments = _parser().parse_args(argv)

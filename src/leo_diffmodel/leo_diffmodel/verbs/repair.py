@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from dataclasses import replace
 import json
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
+from leo_msgs_py.ending import ending
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -17,6 +19,8 @@ from leo_msgs_py.whole_file import json_text, write_together
 from leo_sim.common.consent import effect_words
 
 if TYPE_CHECKING:
+    from leo_diffmodel.bags.episode import Recordings
+    from leo_diffmodel.compare.comparison import Comparison
     from leo_diffmodel.explain.explanation import Explanation
     from leo_sim.model import Model
 
@@ -32,41 +36,62 @@ def main(argv: list[str]) -> int:
     """Exit status as `leo explain`."""
     arguments = _parser().parse_args(argv)
 
-    from leo_diffmodel.add.patch import history
-    from leo_diffmodel.add.rounds import ladder, merged, rounds
+    from leo_diffmodel.add.rounds import merged, rounds
     from leo_diffmodel.compare.comparison import compare
     from leo_diffmodel.explain.explanation import explain
-    from leo_diffmodel.report.explained import explanation_page
+    from leo_diffmodel.verbs.best import Best
     from leo_sim.common.cores import using
-    from leo_sim.model.model_file import model_text
 
     folder = common.fresh_folder(arguments.output)
     assert folder is not None  # -o is required
-    target = folder / 'model.yaml'
-    if target.exists():
+    if (target := folder / 'model.yaml').exists():
         raise UserError(f'{target} exists; a model is never overwritten: choose another -o')
-    model = common.named_model(arguments.model)
-    recordings, held = common.read_all(arguments, model)
-    own = common.own_effects(arguments)
-    with progress('repairing', within=common.left(arguments)) as reporter, using(arguments.jobs):
-        before = compare(recordings, model, arguments.step)
+    done: list[Explanation] = []
+    model, best = common.named_model(arguments.model), Best(folder)
+    own, within = common.own_effects(arguments), common.left(arguments)
+
+    def ask(model: Model, within: float) -> Explanation:
         chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
+        chosen |= {'within': within, 'so_far': None if done else best}
+        done.append(explain(recordings, model, held, own, reporter, **chosen))
+        best.answer = merged(done)
+        return done[-1]
 
-        def ask(model: Model, within: float) -> Explanation:
-            return explain(recordings, model, held, own, reporter, within=within, **chosen)
+    try:
+        with ending(), progress('repairing', within=within) as reporter, using(arguments.jobs):
+            recordings, held = common.read_all(arguments, model)
+            before = compare(recordings, model, arguments.step)
+            found = rounds(ask, model, common.left(arguments))
+    except KeyboardInterrupt as early:
+        return best.left(arguments, model, early)
+    return _finished(arguments, target, found, before, [*recordings, *held])
 
-        found = rounds(ask, model, common.left(arguments))
+
+def _finished(
+    arguments: Namespace,
+    target: Path,
+    found: list[Explanation],
+    before: Comparison,
+    recordings: Recordings,
+) -> int:
+    """Write the repaired model with its answers, and print them."""
+    from leo_diffmodel.add.patch import history
+    from leo_diffmodel.add.rounds import ladder, merged
+    from leo_diffmodel.report.explained import explanation_page
+    from leo_sim.model.model_file import model_text
+
+    folder = target.parent
     found = [replace(e, next_command=common.next_command(arguments, None, e)) for e in found]
     result = merged(found)
-    rows = ladder(result)
+    rows, given = ladder(result), result.model.history
     written = {
         folder / 'compare.json': json_text(before.data),
         folder / 'explain.json': json_text(result.to_json()),
-        target: model_text(target, result.model, [*model.history, *history(result.to_json())]),
+        target: model_text(target, result.model, [*given, *history(result.to_json())]),
     }
     for number, each in enumerate(found, start=1):
         name = 'report.html' if number == 1 else f'report_{number}.html'
-        page = explanation_page(each, [*recordings, *held], common.watch(arguments))
+        page = explanation_page(each, recordings, common.watch(arguments))
         written[folder / name] = page
     write_together(written)
     if arguments.json:

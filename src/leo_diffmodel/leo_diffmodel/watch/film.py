@@ -30,8 +30,6 @@ class Frame(NamedTuple):
 
 @dataclass(frozen=True)
 class Film:
-    """Windows back to back."""
-
     windows: Windows
     time: Array  # of each sample on the timeline [s], shape (W, K+1)
     given: Array  # states as the model as given predicts them, shape (W, K+1, 2J)

@@ -49,7 +49,6 @@ class Timeline:
         return np.asarray(time - self.first[source] + self.begin[source])
 
     def words(self, seconds: float) -> str:
-        """A place on the axis, as bag and bag time."""
         source = int(np.searchsorted(self.begin, seconds, side='right')) - 1
         time = seconds - self.begin[source] + self.first[source]
         return f'{self.names[source]} {time:.2f} s'
@@ -57,8 +56,6 @@ class Timeline:
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one model."""
-
     rows: list[dict]
     """Against horizon: {steps, seconds, rmse, mean, noise_floor}, a figure per state."""
     figures: Array  # the headline's error of each state, shape (2J,)
@@ -67,8 +64,6 @@ class Score:
 
 @dataclass(frozen=True)
 class Scene:
-    """What does not change while one looks."""
-
     given: Model  # as named
     model: Model  # with what the recordings know of themselves
     recordings: tuple[Recording, ...]  # at a common rate

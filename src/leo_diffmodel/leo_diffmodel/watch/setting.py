@@ -28,8 +28,6 @@ MOVED = (
 
 @dataclass(frozen=True)
 class Setting:
-    """The switches of the catalogue."""
-
     on: Mapping[str, Values] = field(default_factory=dict)  # of effects that are on, by label
     refitted: bool = False  # the constants are as the explanation refitted them, not as given
 

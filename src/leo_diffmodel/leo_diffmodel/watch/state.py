@@ -61,7 +61,6 @@ class State:
 
     @property
     def switched(self) -> dict[str, list[tuple[Parameter, float]]]:
-        """The parameters of the effects that are on, with their values."""
         on, candidates = self.setting.on, self.scene.candidates
         return {c: [(p, on[c][p.name]) for p in candidates[c].parameters] for c in on}
 

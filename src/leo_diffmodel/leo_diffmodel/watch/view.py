@@ -70,8 +70,6 @@ class Stage:
 
 @dataclass(frozen=True)
 class View:
-    """What is drawn."""
-
     title: str
     error: str
     switched: tuple[str, ...]

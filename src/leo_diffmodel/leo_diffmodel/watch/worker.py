@@ -10,6 +10,7 @@ from multiprocessing.process import BaseProcess
 import signal
 from typing import Any
 
+from leo_msgs_py.ending import end_with
 from leo_msgs_py.errors import UserError
 
 Report = Callable[[str], None]
@@ -81,6 +82,8 @@ def _work(ask: Ask, pipe: Connection) -> None:
     """Do it; Ctrl-C is for the process that started this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if parent := multiprocessing.parent_process():
+        end_with(parent.pid or 0)
     try:
         pipe.send(('answer', ask(lambda text: pipe.send(('text', text)))))
     except UserError as error:

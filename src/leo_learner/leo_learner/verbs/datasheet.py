@@ -13,6 +13,7 @@ from typing import Any, TYPE_CHECKING
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.next import predict_words
 from leo_msgs_py.console import progress, Table, Terminal
+from leo_msgs_py.ending import told_when_ended
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
@@ -99,7 +100,6 @@ def _motion(options: Any, model: Model, joint: str) -> int:
 def _played(
     options: Any, model: Model, joint: str, folder: Path | None, ros_args: list[str]
 ) -> Path:
-    """The bag of the standard motion, played on the running robot."""
     from leo_diffmodel.datasheet.measure import opened
     from leo_diffmodel.datasheet.motion import motion
     from leo_diffmodel.next_run.run_file import write_run
@@ -122,6 +122,7 @@ def _played(
     return bag
 
 
+@told_when_ended()
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
     """Measure, and write what was asked for."""
     from leo_diffmodel.bags.episode import distinct

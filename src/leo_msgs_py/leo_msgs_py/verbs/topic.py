@@ -174,7 +174,6 @@ def _subscribe(node: Any, options: argparse.Namespace, receive: Any, raw: bool) 
 
 
 def _matching(node: Any, topic: str) -> Any:
-    """The strongest QoS every publisher of the topic offers."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     offered = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]

@@ -9,11 +9,9 @@ import itertools
 import multiprocessing.resource_tracker
 import os
 import signal
-from threading import Thread
-import time
 from typing import Any, TypeVar
 
-from leo_msgs_py.ending import SIGNALS
+from leo_msgs_py.ending import end_with, SIGNALS
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -71,7 +69,7 @@ def in_processes(
     """
     from joblib import delayed, Parallel, parallel_config
 
-    ended = {'initializer': _watch, 'initargs': (os.getpid(),)}
+    ended = {'initializer': end_with, 'initargs': (os.getpid(),)}  # loky's wait 330 s for it
     with _deaf(), parallel_config('loky', inner_max_num_threads=1, **ended):
         results: Iterator[Result] = Parallel(number, **options)(
             delayed(function)(i) for i in items
@@ -92,14 +90,3 @@ def _deaf() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _watch(parent: int) -> None:
-    """Loky's processes wait 330 s for a parent that was killed."""
-
-    def wait() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
-        os._exit(1)
-
-    Thread(target=wait, daemon=True).start()

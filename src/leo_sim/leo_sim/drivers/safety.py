@@ -15,6 +15,8 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied
 from leo_sim.drivers.base import DriverFault, DriverInfo
 
+MOST = 100.0  # times what the robot can take: no controller asks for that, garbage does
+
 
 class BadCommand(ValueError):
     """What was expected of a command and what came; the one before it holds."""
@@ -53,22 +55,21 @@ class Safety:
         self.e_stopped = False  # latched until `e_stop_reset`
         self.timed_out = False  # the last command grew too old; ends with the next command
         self.timeouts = self.rejected = 0  # commands that grew too old, and that were refused
+        self.why, self._told = '', 0  # the last one was refused
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
         """Latch a command, (A,), that arrived at robot time `now` [s], or raise BadCommand."""
         command = np.array(values, dtype=float).ravel()
-        if command.size != self._high.size:
+        if self._refuses(command):
             self.rejected += 1
-            raise BadCommand(
-                f'command ignored: it has {command.size} values, the robot has '
-                f'{self._high.size} actuators'
-            )
-        if not np.isfinite(command).all():
-            self.rejected += 1
-            raise BadCommand(f'command ignored: {command.tolist()} has values that are not finite')
+            raise BadCommand(f'command ignored: {self.why}')
         self._command, self._since = command, now
         self.timed_out = False
+
+    def take_refused(self) -> int:
+        new, self._told = self.rejected - self._told, self.rejected
+        return new
 
     def output(self, now: float, blind: bool = False) -> np.ndarray:
         """The values to write at time `now` [s], (A,): 0 when stopped, timed out or unmeasured."""
@@ -113,6 +114,18 @@ class Safety:
         self._since = math.inf
         self._last_time = math.inf
         self.timed_out = False
+
+    def _refuses(self, command: np.ndarray) -> bool:
+        takes = np.maximum(-self._low, self._high)
+        if command.size != takes.size:
+            self.why = f'it has {command.size} values, the robot has {takes.size} actuators'
+        elif not np.isfinite(command).all():
+            self.why = f'{command.tolist()} has values that are not finite'
+        elif (np.abs(command) > MOST * takes).any():
+            self.why = f'{command.tolist()} is beyond {MOST:g} times what the robot can take'
+        else:
+            return False
+        return True
 
     def _idle(self) -> np.ndarray:
         return np.zeros_like(self._high)
@@ -182,7 +195,6 @@ class GoalSafety(Safety):
             self._last = np.where(begun, applied.nan_where_free, self._last)
 
     def torque_switched(self) -> None:
-        """A free joint moves: goals of before are none of now."""
         self.release()
 
     def _idle(self) -> np.ndarray:

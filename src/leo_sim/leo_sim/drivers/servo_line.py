@@ -19,8 +19,6 @@ COMM_SUCCESS, COMM_RX_CORRUPT = 0, -3002
 
 @dataclass(frozen=True)
 class Block:
-    """Neighbouring registers of one servo, as read at once."""
-
     start: int  # address of the first byte
     data: bytes
     error: int  # of the status they came with

@@ -65,8 +65,6 @@ class Limits:
 
 
 class PacketBuffer:
-    """A port that keeps what is written, to send it later."""
-
     is_using = False
     written = b''
 

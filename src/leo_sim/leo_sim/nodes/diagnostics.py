@@ -49,9 +49,9 @@ def robot_diagnostics(
 
 
 def _worst(loop: Loop, torque: bool, neighbours: Sequence[str]) -> tuple[Any, str]:
-    """Level and text of the worst news."""
     safety, alarm = loop.safety, loop.measured.alarm()
     missed, lost = loop.health.take_missed(), loop.faults.take_new()
+    refused = safety.take_refused()
     if alarm:
         return DiagnosticStatus.ERROR, alarm
     if safety.e_stopped:
@@ -60,6 +60,9 @@ def _worst(loop: Loop, torque: bool, neighbours: Sequence[str]) -> tuple[Any, st
         return DiagnosticStatus.WARN, f'another robot obeys the same commands: {neighbours[0]}'
     if lost:
         return DiagnosticStatus.WARN, f'{lost} packets lost or damaged in the last second'
+    if refused:
+        text = f'{refused} commands ignored in the last second, the last one: {safety.why}'
+        return DiagnosticStatus.WARN, text
     if safety.timed_out:
         return DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'
     if missed:

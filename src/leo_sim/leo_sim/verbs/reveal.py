@@ -35,7 +35,6 @@ def main(argv: list[str]) -> int:
 
 
 def described(effect: Mapping[str, Any]) -> str:
-    """An effect with its place and its values, as a sealed file or an explain.json has it."""
     where = effect['where']
     places = where if isinstance(where, str) else ', '.join(where)
     values = ', '.join(_value(name, entry) for name, entry in effect['parameters'].items())

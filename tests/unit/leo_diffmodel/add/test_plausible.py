@@ -37,8 +37,6 @@ def test_limits_of_a_model_say_what_is_plausible():
 
 def test_a_unit_whose_size_nobody_knows_is_left_alone():
     class Warm(Effect):
-        """Heat."""
-
         name, family, hook = 'warm', 'heat', 'torque'
         parameters = (Parameter('T', 'K', low=0.0),)
 

@@ -27,14 +27,12 @@ MIB = 1 << 20
 
 
 def write(folder: Path, compression=CompressionType.NONE, crc: bool = True) -> Path:
-    """A bag file of 400 states, 2000 bytes in a chunk."""
     t = 0.01 * np.arange(400)[:, None]
     swing = states(400, ['pivot'], np.sin(t), np.cos(t))
     return bag_of(folder, *swing, chunk_size=2000, compression=compression, enable_crcs=crc)
 
 
 def chunks(content: bytes) -> list[int]:
-    """Where the chunks of a file begin."""
     found, at = [], 8
     while at + FRAME.size < len(content):
         opcode, length = FRAME.unpack_from(content, at)

@@ -24,7 +24,6 @@ VERSIONS = {
 
 
 def states(count=100, q=0.2, names=('pivot',)):
-    """Joints that stand, recorded 3 ms late."""
     stamps = [EPOCH + k * STEP for k in range(count)]
     data = {stamp: state(stamp, names, [q] * len(names)) for stamp in stamps}
     return [('/joint_states', JOINT_STATE, at + 3_000_000, each) for at, each in data.items()]

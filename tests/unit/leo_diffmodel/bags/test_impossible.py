@@ -26,7 +26,6 @@ def columns() -> dict[str, np.ndarray]:
 
 
 def write(folder: Path, **found: np.ndarray) -> Path:
-    """A bag of the swing, some of its columns as given."""
     *measured, volts = {**columns(), **found}.values()
     inputs = {'pivot': {'voltage': volts, 'enabled': np.ones(COUNT)}}
     channels = (column[:, None] for column in measured)

@@ -185,7 +185,6 @@ def test_a_bag_that_cannot_be_cut_leaves_no_half_one(tmp_path):
 
 
 def messages(file) -> list[tuple[int, bytes]]:
-    """Every message of a file."""
     return [(r.log_time, r.data) for r in McapFile(file).records() if isinstance(r, Message)]
 
 

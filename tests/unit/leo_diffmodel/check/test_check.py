@@ -39,7 +39,6 @@ def only(recording: Recording) -> Episode:
 
 
 def complaints(recording: Recording, other: Recording | None = None) -> dict[str, object]:
-    """Findings that are not ok, by code."""
     model = Model(PENDULUM if recording.input == 'voltage' else TORQUE)
     sigma = estimate(model, short_windows([recording]))
     found, _ = look_at(Bag(recording, other), model, sigma[0])

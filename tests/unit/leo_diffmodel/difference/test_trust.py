@@ -47,7 +47,6 @@ def steps(model) -> Transitions:
 
 @pytest.fixture(scope='module')
 def fitted(model, steps):
-    """A difference model of every form and its report."""
     small = {name: replace(CONFIGS[name], hidden=(32, 32), epochs=60) for name in FORMS}
     return {name: fit(steps, model, config) for name, config in small.items()}
 

@@ -15,7 +15,6 @@ from leo_sim.model import Model
 
 @pytest.fixture(scope='module')
 def seen():
-    """Friction takes most of what the motor gives."""
     rough = place(TORQUE, 'coulomb_friction', 'pivot', c=0.9)
     return flow(record(TORQUE, rough, seconds=30), Model(TORQUE))
 

@@ -23,7 +23,6 @@ def slow(item):
 
 
 def deadly(item):
-    """Ends its process where the item says so."""
     if item == 'dies':
         os._exit(9)
     return item

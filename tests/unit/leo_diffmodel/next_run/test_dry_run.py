@@ -16,7 +16,6 @@ LIFT, GRIPPER = 1, 5
 
 
 def goals(joint: int, goal: float, seconds: float = 1.0) -> Run:
-    """At rest for half a second, then a step of one joint."""
     inputs = np.zeros((round((0.5 + seconds) / 0.02), 6))
     inputs[25:, joint] = goal
     return Run('r', '', inputs, np.ones(len(inputs), bool))

@@ -22,7 +22,6 @@ ARM = Model(load_robot('so101'))
 
 @pytest.fixture
 def file(tmp_path):
-    """A model file with a difference model that was fitted over it."""
     (tmp_path / 'd.safetensors').write_bytes(untrained(Model('pendulum')).to_bytes())
     (tmp_path / 'm.yaml').write_text('robot: pendulum\ndifference_model: d.safetensors\n')
     return tmp_path / 'm.yaml'

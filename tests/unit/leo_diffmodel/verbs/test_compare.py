@@ -21,7 +21,6 @@ DOUBLE = load_robot('double_pendulum')
 
 @pytest.fixture(scope='module')
 def rubbing(tmp_path_factory):
-    """A bag of a pendulum that loses torque in proportion to its speed."""
     effect = place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4)
     return bag(tmp_path_factory.mktemp('bags') / 'rubbing', record(PENDULUM, effect, seconds=20))
 

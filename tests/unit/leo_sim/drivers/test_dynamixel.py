@@ -326,7 +326,6 @@ def test_the_servos_stop_by_themselves_when_no_packet_comes(leo):
 
 
 def test_a_real_port_is_ours_alone_and_one_that_is_gone_is_an_os_error(monkeypatch):
-    """In real time, with all of it to answer in."""
     monkeypatch.setattr(servo_line, 'CONFIGURE', PATIENCE)
     with at_terminal(LEO, 13.8, 'hanging') as rig:
         driver = load_driver('dynamixel', DriverOptions(LEO, port=rig.port))

@@ -29,7 +29,6 @@ def encoded(k: int, joint: str = 'pivot') -> bytes:
 
 
 def given(k: int, joint: str = 'pivot') -> bytes:
-    """What was applied at a state: free at the last one."""
     return joint_state(STAMPS[k], [joint], effort=[0.5 * k if k < 5 else np.nan])
 
 

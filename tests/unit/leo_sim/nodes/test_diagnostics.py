@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself: the worst news first, and every count."""
 
+from contextlib import suppress
 from types import SimpleNamespace
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
-from leo_sim.drivers.safety import Faults, Safety
+from leo_sim.drivers.safety import BadCommand, Faults, Safety
 from leo_sim.nodes.commander import Ages
 from leo_sim.nodes.diagnostics import robot_diagnostics
 from leo_sim.nodes.loop import Health
@@ -45,6 +46,13 @@ def late():
     return safety
 
 
+def garbled():
+    safety = late()
+    with suppress(BadCommand):
+        safety.accept([1e308], 0.0)
+    return safety
+
+
 @pytest.mark.parametrize(
     ('given', 'level', 'said'),
     [
@@ -53,6 +61,7 @@ def late():
         ({'missed': 3}, DiagnosticStatus.WARN, '3 deadlines missed'),
         ({'neighbours': ['/other']}, DiagnosticStatus.WARN, 'same commands: /other'),
         ({'safety': late(), 'missed': 3}, DiagnosticStatus.WARN, 'timed out'),
+        ({'safety': garbled()}, DiagnosticStatus.WARN, '1 commands ignored'),
         ({'safety': stopped(), 'missed': 3}, DiagnosticStatus.ERROR, 'e-stop'),
     ],
 )

@@ -45,8 +45,6 @@ Name = Annotated[str, BeforeValidator(_name)]
 
 
 class ColumnSpec(Fixed):
-    """One value over time: a column or an expression, brought to SI."""
-
     column: Name | None = None
     expression: str | None = None
     unit: str | None = None

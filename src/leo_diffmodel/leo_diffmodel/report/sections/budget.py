@@ -52,7 +52,6 @@ def explained(errors: Mapping[str, Any]) -> Section:
 
 
 def _table(states: Sequence[Row], ladder: Sequence[Row], kind: str) -> dict[str, Any]:
-    """A row for each model, or for each state where there are many."""
     models, names = [row['model'] for row in ladder], [state['name'] for state in states]
     units = [state['unit'] for state in states]
     cells = [[*map(quantity, row[kind], units)] for row in ladder]
@@ -62,7 +61,6 @@ def _table(states: Sequence[Row], ladder: Sequence[Row], kind: str) -> dict[str,
 
 
 def measured(budget: Mapping[str, float]) -> Section:
-    """Shares of the measured motion of compare.json."""
     parts = [
         _part('explained by the model', budget['explained'], palette.AFTER),
         *_remainder(budget['unexplained'], budget['noise']),

@@ -51,7 +51,6 @@ def section(
 
 
 def _refitted(path: str, row: Row) -> list[str]:
-    """A constant with its interval, a line for each recording that has a value of its own."""
     alone = {f'{path} of {name}': each for name, each in row.get('recordings', {}).items()}
     return estimates(alone or {path: row})
 

@@ -20,7 +20,6 @@ QUANTITIES = {
 
 
 def section(unknown: Unknown) -> Section:
-    """The free curve with its 95 % intervals, the law through it and the law in words."""
     values = {
         'words': unknown.words.partition(':')[0],
         'formula': unknown.formula.partition(' with ')[0],

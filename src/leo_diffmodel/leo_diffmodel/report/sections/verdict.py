@@ -45,7 +45,6 @@ def answer(explanation: Any) -> Section:
 
 
 def score(data: Mapping[str, Any]) -> Section:
-    """One sentence made of the numbers of compare.json."""
     ratio = _over_noise(data['one_step']['rmse'], data['noise_floor']['one_step']['rmse'])
     far, far_floor = data['horizon'][-1], data['noise_floor']['horizon'][-1]
     late = _over_noise(far['rmse'], far_floor['rmse'])
@@ -67,7 +66,6 @@ def score(data: Mapping[str, Any]) -> Section:
 
 
 def _effect(row: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """What an effect of explain.json does, in the words of its law."""
     placed = next(p.effect for p in model.effects if p.effect.name == row['name'])
     return {
         'name': f'{row["name"]}:{row["where"]}',

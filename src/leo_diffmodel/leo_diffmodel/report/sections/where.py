@@ -146,7 +146,6 @@ def _sizes(row: Row) -> str:
 
 
 def against(joint: str, forward: float, backward: float, of: str) -> str:
-    """What a joint lacks moving forward and backward, in words."""
     ahead, back = (torque(t, of=of) for t in (forward, backward))
     return f'{joint} lacks {ahead} moving forward and {back} moving backward (means)'
 
@@ -157,7 +156,6 @@ def _event(event: Row, bags: list[str]) -> str:
 
 
 def title(stretch: Stretch, model: Model, recordings: Recordings) -> str:
-    """A window by its bag, its time and the joint that is off most."""
     bag, joint = numbered(recordings)[stretch.bag], model.robot.joint_names[stretch.joint]
     return f'{bag} {stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'.strip()
 

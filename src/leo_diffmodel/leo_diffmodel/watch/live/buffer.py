@@ -89,7 +89,6 @@ class MessageBuffer:
         """Nothing is open."""
 
     def contents(self) -> BagContents:
-        """What is kept now, as if read from a bag."""
         with self._lock:
             topics = {
                 name: TopicLog(name, topic.type, topic.qos, [*kept])
@@ -112,8 +111,6 @@ class MessageBuffer:
 
 @dataclass
 class Condition:
-    """What the robot says of itself."""
-
     e_stopped: bool | None = None  # as latched; None where it says nothing
     message: str = ''  # its own line on /diagnostics
     level: int = 0  # of that line; 0 where all is well

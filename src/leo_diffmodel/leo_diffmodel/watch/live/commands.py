@@ -4,6 +4,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+import os
 from pathlib import Path
 import subprocess
 from tempfile import TemporaryFile
@@ -11,6 +12,7 @@ import time
 from typing import IO
 
 from leo_diffmodel.bags.recorder import free_folder
+from leo_msgs_py.ending import PARENT
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo, leo_process
 
@@ -52,6 +54,7 @@ class Command:
         """Start it; `output` takes what it prints; without one stderr alone is shown."""
         self._process = subprocess.Popen(
             leo_process(*words, *self._ros_args),
+            env=os.environ | {PARENT: str(os.getpid())},
             stdin=subprocess.DEVNULL,
             stdout=output or subprocess.DEVNULL,
             stderr=output,
@@ -72,12 +75,10 @@ class RecordingSwitch(Command):
 
     @property
     def size(self) -> int:
-        """Bytes on disk of the last recording."""
         return sum(f.stat().st_size for f in self.bag.glob('*.mcap')) if self.bag else 0
 
     @property
     def words(self) -> str:
-        """What it is doing, or how the last recording ended."""
         if not self.possible:
             return NOWHERE
         if self.bag is None:

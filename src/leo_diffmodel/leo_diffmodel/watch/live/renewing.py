@@ -155,7 +155,6 @@ class Renewing:
         self.news = News()
 
     def toggle(self) -> None:
-        """Keep the data as they are, or go on."""
         self.frozen = not self.frozen
 
     def look(self, count: int) -> bool:

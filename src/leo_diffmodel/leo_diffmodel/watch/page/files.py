@@ -49,8 +49,6 @@ def routes(state: State) -> list[Route]:
 
 
 class _File(RequestHandler):
-    """Something of now, which no cache keeps."""
-
     @property
     def name(self) -> str:
         return self.request.path.rpartition('/')[2]

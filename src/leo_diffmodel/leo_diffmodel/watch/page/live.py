@@ -69,8 +69,6 @@ class LiveView:
 
 
 class SendView:
-    """Follows the player and the question, whichever tab asked."""
-
     def __init__(self, next_run: NextRun, live: Live) -> None:
         self._next, self._live = next_run, live
         orange = {'button_type': 'warning', 'width': 200}

@@ -28,7 +28,6 @@ WRAP = ':host { flex-wrap: wrap; }'
 
 
 def card(*parts: Any, **options: Any) -> Any:
-    """Parts below each other in a frame."""
     return column(*parts, stylesheets=[CARD], **WIDE, **options)
 
 
@@ -45,12 +44,10 @@ def said(html: str = '', **options: Any) -> Div:
 
 
 def note(words: str) -> Div:
-    """Small words on the page, as wide as what they are about."""
     return said(small(words), **WIDE)
 
 
 def button(label: str, name: str, *actions: Callable[[], object], **options: Any) -> Button:
-    """A button that does these one after the other."""
     made = Button(label=label, name=name, **options)
     for action in actions:
         made.on_click(action)
@@ -58,7 +55,6 @@ def button(label: str, name: str, *actions: Callable[[], object], **options: Any
 
 
 def following(widget: Any, take: Callable[[Any], object], what: str = 'value') -> Any:
-    """The widget, which hands each new value over."""
     widget.on_change(what, lambda _, __, value: take(value))
     return widget
 

@@ -95,7 +95,6 @@ class NextRunView:
 def lines_canvas(
     x_label: str, y_label: str, name: str | None, source: ColumnDataSource, **options: Any
 ) -> Any:
-    """A low plot of the lines of a source."""
     plot = canvas(x_label, y_label, height=HEIGHT, name=name, **options)
     plot.multi_line('ts', 'us', source=source, line_color='colour', line_width=1.5)
     return plot

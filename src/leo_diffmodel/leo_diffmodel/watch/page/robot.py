@@ -99,7 +99,6 @@ class RobotView:
             self._state.go(seconds)
 
     def _look_at(self, q: np.ndarray) -> None:
-        """Keep a robot that walks in the middle."""
         (left, bottom), (right, top) = self._stage.part(q)
         self._x.update(start=left, end=right)
         self._y.update(start=bottom, end=top)

@@ -2,6 +2,7 @@
 """The page on this machine alone, behind an address that nobody else knows."""
 
 from collections.abc import Callable
+import gc
 import logging
 import secrets
 import signal
@@ -13,6 +14,7 @@ from tornado.ioloop import PeriodicCallback
 
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.files import routes
+from leo_diffmodel.watch.page.leaving import application
 from leo_msgs_py.errors import UserError
 
 OpenTab = Callable[[Document, Page], object]
@@ -36,8 +38,9 @@ class WatchServer:
         where = {'address': HERE, 'port': port, 'prefix': token}
         pauses = {'keep_alive_milliseconds': 10000, 'check_unused_sessions_milliseconds': 5000}
         files_too = {'extra_patterns': routes(page.state)}
+        tabs = application(lambda document: tab(document, page))
         try:
-            self._server = Server(lambda tabbed: tab(tabbed, page), **where, **pauses, **files_too)
+            self._server = Server(tabs, **where, **pauses, **files_too)
         except OSError as error:
             raise UserError(
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'
@@ -67,6 +70,7 @@ class WatchServer:
     def run(self) -> None:
         """Serve until `end`; then what goes on in other processes is ended too."""
         logging.getLogger('bokeh.server.views.ws').setLevel(logging.ERROR)  # tabs close
+        gc.freeze()  # what is there now stays: Python's collector need not look through it
         self._server.start()
         self.every(POLL_MS, self._poll)
         try:

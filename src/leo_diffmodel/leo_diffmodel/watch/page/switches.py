@@ -89,7 +89,6 @@ class ActionsView:
 
 
 def _files() -> Markup:
-    """Links to what can be taken away."""
     ffmpeg = shutil.which('ffmpeg')
     return Markup(template('files.html').render(seconds=FILM_SECONDS, ffmpeg=ffmpeg))
 

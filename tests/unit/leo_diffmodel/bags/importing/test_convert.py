@@ -234,8 +234,6 @@ def test_logs_of_one_name_become_bags_with_the_names_of_their_folders(tmp_path):
 
 @pytest.mark.skipif(not REAL_DATA.is_dir(), reason=f'no measurements in {REAL_DATA}')
 class TestRealMeasurements:
-    """The public recordings, through the shipped maps."""
-
     def test_dfki_simple_pendulum(self, tmp_path):
         logs = sorted((REAL_DATA / 'dfki_simple_pendulum').glob('*.data_measured.csv'))
         recording = read_bag(import_logs(logs, 'dfki_simple_pendulum', tmp_path / 'bag'), TORQUE)

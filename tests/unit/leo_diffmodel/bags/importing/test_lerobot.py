@@ -181,7 +181,6 @@ def test_damaged_parquet_is_a_bag_or_one_line(tmp_path_factory, place, new, cut)
 
 
 def numbered(file: Path, episode: int) -> None:
-    """Give all frames of a file one episode number."""
     table = pq.read_table(file)
     place = table.column_names.index('episode_index')
     numbers = pa.array([episode] * len(table), pa.int64())

@@ -19,7 +19,6 @@ JOINTS = tuple(TORQUE.joint_names)
 
 
 def say(buffer, k, q=None, publisher=b'robot', base=0):
-    """Sample k of a robot at 100 Hz, with the input that follows it."""
     stamp = base + k * 10_000_000
     value = np.sin(0.01 * k) if q is None else q
     state = cdr.joint_state(stamp, JOINTS, [value], [np.cos(0.01 * k)])

@@ -18,7 +18,6 @@ from leo_sim.description.robot import load_robot
 
 @pytest.fixture
 def page():
-    """The buttons, with a robot, a recorder and a clock that stand still."""
     run = Run('steps', 'some steps', np.zeros((40, 1)), np.ones(40, bool))
     run = SimpleNamespace(plan=Plan((), load_robot('pendulum'), run), words=['play', 'run.csv'])
     clock, sent = [0.0], []

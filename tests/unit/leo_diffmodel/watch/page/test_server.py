@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of leo watch as a browser's session sees it, from the command as it is typed."""
 
+import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 import json
@@ -9,6 +10,7 @@ import re
 import signal
 import socket
 import subprocess
+from unittest.mock import Mock
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
@@ -25,6 +27,7 @@ from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.bags.types import Topic
 from leo_diffmodel.verbs.watch import main
+from leo_diffmodel.watch.page.leaving import application
 from leo_diffmodel.watch.page.server import HERE
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
@@ -75,6 +78,16 @@ class Tab:
 @pytest.fixture
 def tab(url):
     return Tab(url)
+
+
+def test_a_tab_is_closed_without_a_look_through_all_objects(monkeypatch):
+    monkeypatch.setattr('gc.collect', lambda: pytest.fail('looked'))
+    left, tabs = [], application(lambda opened: opened.on_session_destroyed(left.append))
+    context = Mock(_document=tabs.create_document())
+    asyncio.run(tabs.on_session_destroyed(context))
+    context._document.on_change_dispatch_to(context)
+    context._document.destroy(context)
+    assert left == [context]
 
 
 def test_a_switch_a_slider_and_a_typed_value_move_the_curve_in_every_tab(url, tab):

@@ -58,7 +58,6 @@ def port(rig):
 
 
 def write(port, servo, name, value):
-    """The error of a write instruction."""
     at, size, data = R[name].address, R[name].size, list(R[name].encode(value))
     result, error = SDK.writeTxRx(port, servo, at, size, data)
     assert result == COMM_SUCCESS
@@ -302,7 +301,6 @@ def terminal():
 
 
 def ask(terminal, theirs, packet):
-    """Send an instruction and have it heard."""
     before = terminal._last_bytes
     os.write(theirs, dynamixel.encoded(packet))
     while terminal._last_bytes == before:
