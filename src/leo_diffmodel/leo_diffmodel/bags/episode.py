@@ -36,19 +36,15 @@ class Episode:
 
     @property
     def period(self) -> float:
-        """Median time from state to state [s]."""
         return float(np.median(np.diff(self.t)))
 
     @property
     def seconds(self) -> float:
-        """From its first state to its last [s]."""
         return float(self.t[-1] - self.t[0])
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A bag, read for one robot."""
-
     path: Path
     sha256: str  # of the bytes of its .mcap or .db3 files
     joints: tuple[str, ...]  # in the robot's order
@@ -81,17 +77,14 @@ class Recording:
 
     @property
     def steps(self) -> Floats:
-        """Time from state to state within the episodes [s], one after the other."""
         return np.concatenate([np.diff(e.t) for e in self.episodes])
 
     @property
     def state_period(self) -> float:
-        """Median time from state to state [s]."""
         return float(np.median(self.steps))
 
     @property
     def held(self) -> bool:
-        """Whether the robot hung with its base fixed."""
         return str(self.metadata.get('held', '')).lower() == 'true'
 
 
@@ -121,8 +114,7 @@ def between(
 ) -> Recording:
     """The part of a recording from `begin` to `end` [s], both included; None for an open end.
 
-    Times count from the first state, and stay as they are. Raises UserError where the end is not
-    after the begin, or fewer than two samples lie between.
+    Times count from the first state, and stay as they are; fewer than two samples are refused.
     """
     low, high = check(begin, end)
     found = [at_rows(e, (e.t >= low - 1e-9) & (e.t <= high + 1e-9)) for e in recording.episodes]
@@ -144,10 +136,7 @@ def check(begin: float | None, end: float | None) -> tuple[float, float]:
 
 
 def kept(recording: Recording, out: Sequence[Span], least: float) -> Recording | None:
-    """A recording less stretches of time [s], in order and apart; None if nothing is left.
-
-    Pieces shorter than `least` [s] are dropped.
-    """
+    """A recording less stretches of time, and pieces shorter than `least` [s]; None if empty."""
     begins = [-np.inf, *(end for _, end in out)]
     ends = [*(begin for begin, _ in out), np.inf]
     pieces = [
@@ -160,7 +149,6 @@ def kept(recording: Recording, out: Sequence[Span], least: float) -> Recording |
 
 
 def merged(stretches: Iterable[Span], within: float) -> tuple[Span, ...]:
-    """Stretches of time in order, those less than `within` [s] apart as one."""
     out: list[Span] = []
     for begin, end in sorted(stretches):
         if out and begin - out[-1][1] < within:
@@ -173,8 +161,7 @@ def merged(stretches: Iterable[Span], within: float) -> tuple[Span, ...]:
 def by_rate(recordings: Iterable[Recording]) -> list[Recording]:
     """The recordings; one whose episodes come at several rates as one recording for each.
 
-    A recording has one rate, one noise and one command period; what was logged at another rate was
-    logged by something else, which has its own.
+    What was logged at another rate has another noise and command period.
     """
     return [part for recording in recordings for part in _parts(recording)]
 
@@ -201,10 +188,7 @@ def _alike(a: Episode, b: Episode) -> bool:
 
 
 def _part(recording: Recording, number: int, episodes: list[Episode]) -> Recording:
-    """The episodes of one rate; a command with each state is one with each state of theirs.
-
-    Gaps in the bag are none of a part's.
-    """
+    """The episodes of one rate; a command with each state is one with each state of theirs."""
     part = replace(recording, episodes=tuple(episodes))
     period, whole = part.state_period, recording.state_period
     path = recording.path.with_name(f'{recording.name} (part {number + 1}, {1 / period:.4g} Hz)')

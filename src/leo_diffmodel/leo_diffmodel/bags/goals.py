@@ -36,7 +36,6 @@ class Asked(NamedTuple):
 
 
 def goal_topics(bag: RobotBag, role: Role) -> list[TopicLog]:
-    """The topics of a role, the one that the map names or all of its type, by name."""
     if role in bag.map.topics:
         named = bag.topic(role)
         return [] if named is None else [named]
@@ -71,7 +70,6 @@ def _set_points(topic: TopicLog) -> Iterator[Asked]:
 
 
 def _begin_of(data: bytes, type_name: str) -> Any:
-    """The begin of a controller's state, up to its set point."""
     kind = typestore().get_msgdef(type_name)
     if len(data) < 4 or data[:2] not in (b'\x00\x00', b'\x00\x01'):
         raise SerdeError('no CDR')
@@ -117,14 +115,9 @@ def read_goals(
 ) -> tuple[str, Stamps, Stamps, Floats] | None:
     """Read the goals of joints, each from the topic that names it; None where none does.
 
-    `measured` are the angles of the motors' joints, in the bag's signs and zeros, shape (T, A).
-
-    Returns:
-        The topics; log times and stamps [ns], shape (N,), in log order; goals at the times of the
-        states and where they turn, each held to the next, in the bag's signs and zeros [rad, m],
-        shape (N, A).
-
-    UserError: a joint has no goal, or two topics' trajectories.
+    `measured` are angles (T, A), goals (N, A) [rad, m], both in the bag's signs and zeros. Returns
+    the topics; log times and stamps [ns] (N,), in log order; goals at the times of the states and
+    where they turn, each held to the next. Refuses two topics' trajectories, and no goal.
     """
     found = {topic.name: said for topic in goal_topics(bag, role) if (said := _asked(topic))}
     named = {name for said in found.values() for a in said for name in a.names}
@@ -159,7 +152,6 @@ def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role)
 def _run(
     states: StateLog, run: slice, asked: list[tuple[str, list[Asked]]], angles: Floats, role: Role
 ) -> tuple[Stamps, Stamps, Floats]:
-    """Log times, stamps and goals of one run; none before all joints have one."""
     t = states.stamp_ns[run]
     first = states.log_ns[run.start] if run.start else np.iinfo(np.int64).min
     last = states.log_ns[run.stop] if run.stop < len(states.log_ns) else np.iinfo(np.int64).max
@@ -182,9 +174,8 @@ def _run(
 
 
 def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -> list[Leg]:
-    """What the messages ask of one joint, in robot time, in the order in which it counts.
+    """What the messages ask of one joint, in robot time, in order; set points are one path.
 
-    Set points that a controller says it follows are one path, straight from one to the next.
     `delay` is from a stamp to when it is recorded [ns]; stamps count where the states have some.
     """
     legs = []

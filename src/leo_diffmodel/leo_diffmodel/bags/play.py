@@ -28,10 +28,9 @@ DEPTH = 1000
 def play(
     bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS
 ) -> int:
-    """Publish a bag at a speed (1 = as logged), again and again until SIGINT with `loop`.
+    """Publish a bag at a speed (1 = as logged), again and again with `loop`; return how often.
 
-    It waits up to `wait` [s] for a reader of every topic. Returns how many messages were
-    published.
+    It waits up to `wait` [s] for a reader of every topic.
     """
     if not rate > 0.0:
         raise UserError(f'--rate {rate:g} is not a speed; give a number above 0')
@@ -72,10 +71,7 @@ def _publishers(node: Node, topics: list[TopicLog]) -> list[tuple[Publisher, Top
 
 
 def _offered(text: str) -> QoSProfile:
-    """Return the QoS recorded, but deep enough that a slow reader loses nothing.
-
-    What is latched keeps its depth: it is what a late reader gets.
-    """
+    """Return the QoS recorded, deep enough for a slow reader; latched it keeps its depth."""
     recorded = next(iter(profiles(text)), {})
     depth = recorded.get('depth')
     qos = QoSProfile(

@@ -42,7 +42,6 @@ class Part(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Messages per second of log time; 0 for one."""
         seconds = (self.log[-1] - self.log[0]) * 1e-9
         return (len(self.log) - 1) / seconds if seconds > 0 else 0.0
 
@@ -50,10 +49,7 @@ class Part(NamedTuple):
 def together(
     parts: Sequence[Part], joints: Sequence[str], topic: str
 ) -> tuple[Part, tuple[str, ...]] | None:
-    """All joints' states, and what was done about several publishers, one line each.
-
-    None where some joint is in no message; two publishers that nothing tells apart are refused.
-    """
+    """All joints' states and notes on several publishers; None where a joint is in no message."""
     found = sorted((p for p in parts if p.ours), key=lambda part: len(part.log), reverse=True)
     whole = [part for part in found if len(part.ours) == len(joints)]
     return _one(whole, joints, topic) if whole else _joined(found, joints, topic)
@@ -69,7 +65,6 @@ def _one(parts: list[Part], joints: Sequence[str], topic: str) -> tuple[Part, tu
 
 
 def _concatenated(parts: list[Part]) -> Part:
-    """What several publishers of the same joints sent, in log order."""
     log = np.concatenate([part.log for part in parts])
     order = np.argsort(log, kind='stable')
     published = np.concatenate([part.published for part in parts])[order]
@@ -112,7 +107,6 @@ def _joined(
 
 
 def _overlap(a: Part, b: Part) -> bool:
-    """Whether two publishers spoke at the same time, and not one after the other."""
     if min(len(a.log), len(b.log)) < FEWEST:
         return False
     return bool(a.log[0] < b.log[-1] and b.log[0] < a.log[-1])

@@ -32,11 +32,10 @@ class Segments:
 
 
 def split(states: StateLog, episodes: TopicLog | None) -> Segments:
-    """Cut at new episodes, at stamps jumping back, at gaps, and at impossible jumps.
+    """Cut at new episodes, at stamps jumping back, at gaps, and at jumps where none is told.
 
-    Jumps are looked for where the bag has no episode topic. A gap is a step longer than five
-    median periods (and 25 ms). A jump is a position change that the velocities at both ends do
-    not allow, by more than ten robust standard deviations of such mismatches and 0.02 rad.
+    A jump is a position change that the velocities at both ends do not allow, by more than ten
+    robust standard deviations of such mismatches and 0.02 rad.
     """
     step = np.diff(states.stamp_ns)
     back = step <= 0
@@ -61,7 +60,6 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
 
 
 def unwrapped(states: StateLog, *_: object) -> StateLog:
-    """Undo angles wrapped by whole turns where the velocity goes on."""
     if len(states.q) < 2:
         return states
     residual, tolerance, impulse = _mismatch(states)
@@ -103,10 +101,9 @@ def _episode_cuts(
 ) -> NDArray[np.bool_]:
     """Return the steps, shape (T - 1,), in which the episode number changes.
 
-    The number has no stamp and comes on its own topic, but when it was published says between
-    which states. A bag without publish times, or whose publisher's clock was set meanwhile, has
-    only when it arrived, a few samples before or after; where it came between two states without
-    a break, the worst jump nearby is the true place.
+    When the number was published says between which states. Without such times, or where the
+    clock was set, there is only when it arrived, a few samples before or after: the worst jump
+    nearby is the true place.
     """
     logged = list(deserialize(episodes, UINT32))
     numbers = [message.data for _, message in logged]

@@ -22,10 +22,7 @@ from .types import at_rows, Floats, JOINT_STATE, Stamps
 
 @dataclass(frozen=True)
 class StateLog:
-    """Joint states in log order; repeats of a state are gone.
-
-    A column of NaN is a joint whose rate or effort nobody measures.
-    """
+    """Joint states in log order, none twice; NaN for rates or efforts that nobody measures."""
 
     log_ns: Stamps  # when recorded, shape (T,)
     published_ns: Stamps  # when published, by the publisher's clock, shape (T,)
@@ -85,7 +82,6 @@ def stamp_of(message: Any) -> int:
 
 
 def median_step(stamps: Stamps) -> float:
-    """Return the median of the forward steps [s], 0 without any."""
     steps = np.diff(stamps)
     forward = steps[steps > 0]
     return float(np.median(forward)) * 1e-9 if forward.size else 0.0
@@ -109,7 +105,6 @@ def in_our_units(
 
 
 def _signed(speed: Floats, joint: JointMap) -> Floats:
-    """Speeds (T,) whose sign was logged as a part of the number."""
     if joint.speed_wraps is not None:
         return np.where(speed > 0.5 * joint.speed_wraps, speed - joint.speed_wraps, speed)
     if joint.speed_sign_at is not None:
@@ -119,7 +114,6 @@ def _signed(speed: Floats, joint: JointMap) -> Floats:
 
 
 def _parts(topic: TopicLog, wanted: Sequence[str], frame_id: str | None) -> list[Part]:
-    """What each publisher sent, those of none of the joints too."""
     sent: dict[tuple[str, tuple[str, ...]], list[tuple[Logged, Any]]] = defaultdict(list)
     for logged, message in deserialize(topic, JOINT_STATE):
         frame = message.header.frame_id
@@ -178,7 +172,6 @@ def _other_joints(
 
 
 def _clean(states: StateLog, topic: str) -> StateLog:
-    """Drop repeats of a state (stamp and values) and samples with NaN."""
     q, dq = states.q, states.dq
     moved = (q[1:] != q[:-1]).any(axis=1)
     fresh = np.concatenate([[True], (np.diff(states.stamp_ns) != 0) | moved])
