@@ -35,9 +35,8 @@ class BagState(Enum):
 def finish_bag(path: Path) -> BagState:
     """Give an unfinished bag its index and metadata.yaml; leave all others as they are.
 
-    Of a single .mcap only the index is made. A bag that another process is writing, or one that is
-    damaged, is left alone. Each file is replaced in one step, by a copy that is already on disk: a
-    kill while finishing loses nothing. Raises UserError without a bag, OSError without room.
+    Of a single .mcap only the index is made. One that is being written, or damaged, is left alone.
+    Each file is replaced in one step: a kill while finishing loses nothing.
     """
     if find_databases(path):  # a database needs no index of ours
         return BagState.FINISHED
@@ -111,7 +110,6 @@ def _lock(stream: IO[bytes]) -> Iterator[bool]:
 
 
 def _copy(source: Path, target: Path) -> bool:
-    """Copy all whole records to a new, indexed file on disk; say whether all could be read."""
     file = McapFile(source)
     with target.open('wb') as stream:
         writer = Writer(stream, compression=CompressionType.NONE)
@@ -124,6 +122,7 @@ def _copy(source: Path, target: Path) -> bool:
 
 
 def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
+    """Copy records to another file, which numbers its schemas and channels anew."""
     schemas, channels = {0: 0}, dict[int, int]()
     for r in records:
         if isinstance(r, Message) and r.channel_id in channels:
@@ -139,11 +138,7 @@ def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
 
 
 def write_metadata(folder: Path) -> Path:
-    """Write metadata.yaml of a bag in one step and return its path.
-
-    Raises what `mcap_file.DAMAGE` lists where a summary does not read, UserError of too many
-    topics.
-    """
+    """Write metadata.yaml of a bag in one step; raises `mcap_file.DAMAGE` of a bad summary."""
     summaries = {file: _summary(file) for file in find_files(folder)}
     content = {'rosbag2_bagfile_information': _information(summaries)}
     return write_whole(folder / 'metadata.yaml', yaml.safe_dump(content, sort_keys=False))

@@ -31,10 +31,7 @@ def average(t: Stamps, stamps: Stamps, values: Floats) -> Floats:
 
 
 def mean_held(t: Floats, held: Floats, nodes: Floats) -> Floats:
-    """Means over the intervals between nodes [s] (N + 1,) of what is held from t [s] on, (N, A).
-
-    Row k of `held` (T, A) holds from t[k] to t[k + 1]; before t[0] the first one does.
-    """
+    """Means between nodes (N + 1,) of what is held from t on, before it the first row, (N, A)."""
     area = np.vstack([np.zeros(held.shape[1]), np.cumsum(held[:-1] * np.diff(t)[:, None], axis=0)])
     until = np.minimum(nodes - t[0], 0.0)[:, None] * held[0]
     for column, since in zip(until.T, area.T, strict=True):
@@ -48,10 +45,9 @@ Held = tuple[Stamps, Floats, Floats]  # stamps [ns] that increase (N,); values, 
 def held_inputs(
     states: StateLog, inputs: InputLog | None, parts: Sequence[slice], previous: bool
 ) -> Sequence[Held | None]:
-    """Return the inputs of the run that each stretch of states is in; None of a passive bag.
+    """Return the inputs of each stretch's run, which lasts until stamps jump back; None of none.
 
-    A run lasts until stamps jump back. With `previous` a stamp ends the period in which its input
-    acted, instead of starting it.
+    With `previous` a stamp ends the period in which its input acted, instead of starting it.
     """
     if inputs is None:
         return [None] * len(parts)

@@ -45,11 +45,7 @@ class InputLog:
 
 
 def read_inputs(bag: RobotBag, states: StateLog) -> InputLog | None:
-    """Return the best inputs a bag has, None for a passive one.
-
-    Raises UserError where the topic map asks for inputs that are not there, or the robot was
-    driven by what its model cannot take, or by what looks like a command and is not read.
-    """
+    """Return the best inputs a bag has, None for a passive one; refuse others than asked for."""
     inputs, wanted = _Inputs(bag, states), bag.map.input
     readers: dict[str, Callable[[], InputLog | None]] = {
         'applied': inputs.applied,
@@ -89,8 +85,6 @@ def _refuse_another_kind(bag: RobotBag, states: StateLog) -> None:
 
 @dataclass(frozen=True)
 class _Inputs:
-    """Reads each kind of input; None where the bag has none of it."""
-
     bag: RobotBag
     states: StateLog
 
@@ -183,7 +177,6 @@ class _Inputs:
         return self.bag.map.inputs(values, joints, self.bag.robot.input)
 
     def _to_robot_time(self, log: Stamps) -> Stamps:
-        """Map log times to the robot's clock by the median delay of the states."""
         delays = np.sort(self.states.log_ns - self.states.stamp_ns)
         return np.asarray(log - delays[len(delays) // 2])
 
@@ -236,8 +229,7 @@ def _dynamic_row(interface: str, message: Any, wanted: Sequence[str]) -> Row | N
 def on_the_angles_turn(inputs: InputLog | None, states: StateLog, robot: Robot) -> InputLog | None:
     """Take off the turns by which goals were wrapped apart; a free motor and a slide have none.
 
-    An angle that goes on over a turn and a goal that was wrapped at pi for itself are 2 pi apart,
-    and no servo is. A goal that steps far is none of these: the joint then goes the long way.
+    A goal that steps far is none of these: the joint then goes the long way.
     """
     if inputs is None or inputs.kind != 'position':
         return inputs

@@ -16,10 +16,7 @@ from .types import at_rows
 
 
 def mended(recording: Recording, mapping: TopicMap) -> Recording:
-    """A recording that was read without this map, as it would have been read with it.
-
-    Topics, names and what an input is are not looked at.
-    """
+    """A recording that was read without this map, as with it; but for topics and names."""
     joints = [mapping.joint(name) for name in recording.joints]
     if recording.rates != 'measured':  # they follow from the angles, and from time
         joints = [
@@ -35,11 +32,7 @@ def mended(recording: Recording, mapping: TopicMap) -> Recording:
 
 
 def on_time(recording: Recording, mapping: TopicMap) -> Recording:
-    """A recording with each channel when it was measured, or acted, and time as it went by.
-
-    What is late is taken from the samples about it, on straight lines; states at the ends for
-    which there are none are left out.
-    """
+    """A recording with each channel when it was measured, or acted, and time as it went by."""
     joints = [mapping.joint(name) for name in recording.joints]
     if recording.input == 'position':
         goals = [name for name in recording.actuators if mapping.joint(name).goal_is_angle]

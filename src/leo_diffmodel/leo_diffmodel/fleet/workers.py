@@ -20,11 +20,7 @@ class Workers(NamedTuple):
     scheduler: str | None = None  # of Dask, whose workers take their place: tcp://HOST:PORT
 
     def each(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-        """The function of each item, as they come; begun in their order, and sent as copies.
-
-        A Dask worker that is killed loses nothing: another one does what it had begun. UserError
-        without such a scheduler or a worker, and after all other results where some were lost.
-        """
+        """The function of each item, as they come; UserError at the end where some were lost."""
         if not items:
             return iter(())
         if self.scheduler is None:
@@ -46,10 +42,7 @@ def _by_processes(
 def _by_cluster(
     function: Callable[[Item], Result], items: Sequence[Item], address: str
 ) -> Iterator[Result]:
-    """By futures of `distributed`; joblib's backend never ends where one of them is given up.
-
-    A worker that dies takes with it what it was to do next: what is lost is tried again alone.
-    """
+    """By futures of `distributed`; what is lost with a worker that dies is tried again alone."""
     given_up = 0
     with _client(address) as client:
         try:

@@ -32,18 +32,9 @@ def import_logs(
     bag: str | Path,
     join: bool = False,
 ) -> Path:
-    """Write logs to one bag, an episode per run in them, and return its folder.
+    """Write logs to a new bag, an episode per run in them, and return its folder.
 
-    Args:
-        logs: files and folders in a format of `tables.READERS`.
-        column_map: a YAML file, or the name of a shipped map.
-        bag: the folder to make.
-        join: the logs are parts of one run, as q.csv and dq.csv; by default where their names
-            say so.
-
-    Raises:
-        UserError: wrong map or log, time going backwards, a column without numbers, a constant
-            that the robot does not have or that changes, or the folder exists.
+    With `join`, or where names as q.csv and dq.csv say so, they are parts of one run.
     """
     mapping, paths = load_map(column_map), [Path(log) for log in logs]
     tables, how_joined = episodes_of(paths, mapping, join)
@@ -68,11 +59,7 @@ def import_logs(
 
 @contextmanager
 def undone_on_error(output: Path) -> Iterator[list[Path]]:
-    """Yield a list for the bags that are made, and remove them again on an error or Ctrl-C.
-
-    Where `output`, the bag or the folder of bags, was not there before, it goes with those above
-    it that were made for it.
-    """
+    """Yield a list for the bags that are made; on an error or Ctrl-C they and new folders go."""
     made: list[Path] = []
     new = [folder for folder in (output, *output.parents) if not folder.exists()]
     try:
@@ -119,7 +106,6 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> tuple[Run, LeftOut]:
         return missing if spec is None else spec.values(table, quantity, str(log))[rows]
 
     def matrix(quantity: str) -> Floats | None:
-        """Stack one quantity of all joints, NaN for joints without; None where none has it."""
         specs = [getattr(columns, quantity) for columns in mapping.joints.values()]
         return np.column_stack([values(s, quantity) for s in specs]) if any(specs) else None
 
