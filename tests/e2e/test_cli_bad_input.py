@@ -81,7 +81,7 @@ OTHERS = [
     (['bag', 'play', 'good', '--rate', '0'], ['--rate 0', 'above 0']),
     (['bag', 'play', 'good', '--wait', '-1'], ['--wait -1', '0 or more']),
     (['bag', 'record', '--colour'], ['--colour']),
-    (['reveal', 'nothing.sealed'], ['nothing.sealed']),
+    (['reveal', 'nothing.sealed'], ['cannot read nothing.sealed']),
     (['reveal', 'good'], ['good']),
     (['play', 'nothing.safetensors', *P], ['nothing.safetensors']),
     (['play', 'notes.txt', *P], ['notes.txt', 'not a policy file', 'leo learn']),
@@ -163,12 +163,9 @@ def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return bad_input.fill(tmp_path_factory.mktemp('bad'))
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    return {
-        str(p): p.read_bytes()
-        for p in folder.rglob('*')
-        if '__pycache__' not in p.parts and p.is_file()
-    } | {f'{p}/': b'' for p in folder.rglob('*') if p.is_dir() and '__pycache__' not in p.parts}
+def contents(folder: Path) -> dict[Path, bytes]:
+    there = [p for p in folder.rglob('*') if '__pycache__' not in p.parts]
+    return {p: p.read_bytes() if p.is_file() else b'' for p in there}
 
 
 @pytest.mark.parametrize(('argv', 'said'), CASES, ids=lambda v: ' '.join(v))

@@ -108,10 +108,8 @@ def test_held_out_bags_and_json(folder, tmp_path, capsys):
     answer = json.loads(text)
     assert err.startswith('first answer after ') and answer['verdict'] == 'named'
     assert answer['model'] == str(out / 'model.yaml')
-    assert [Path(b['path']).name for b in answer['provenance']['bags']] == [
-        'friction',
-        'friction_too',
-    ]
+    read = [Path(b['path']).name for b in answer['provenance']['bags']]
+    assert read == ['friction', 'friction_too']
     assert answer['ladder'] == answer['errors']['ladder']
     assert answer['effects'][0]['gain_held_out'] > 100
 

@@ -63,12 +63,8 @@ def test_first_look_notebook(tmp_path):
     NotebookClient(notebook, timeout=600, kernel_name='python3').execute(cwd=tmp_path)
     outputs = [out for cell in notebook.cells for out in cell.get('outputs', ())]
     said = ''.join(out.text for out in outputs if out.output_type == 'stream')
-    found, low, high = map(
-        float,
-        re.search(
-            r'coulomb_friction at pivot: c = (\S+) N m \(95 %: (\S+) to (\S+)\)', said
-        ).groups(),
-    )
+    told = r'coulomb_friction at pivot: c = (\S+) N m \(95 %: (\S+) to (\S+)\)'
+    found, low, high = map(float, re.search(told, said).groups())
     assert low < 0.2 < high and abs(found - 0.2) < 0.01
     before, after = map(float, re.search(r'0\.50 s ahead: (\S+) -> (\S+) rad', said).groups())
     assert after < 0.3 * before

@@ -17,27 +17,12 @@ README = (ROOT / 'README.md').read_text()
 PAGES = [*sorted(ROOT.glob('*.md')), *sorted(ROOT.glob('docs/**/*.md'))]
 NOW = [page.read_text() for page in PAGES if page.name != 'CHANGELOG.md']
 """What is so now; the changes tell of what was."""
-BLOCKS = [
-    block
-    for text in NOW
-    for block in re.findall(r'^```(?:\w*)\n(.*?)^```', text, flags=re.DOTALL | re.MULTILINE)
-]
-COMMANDS = sorted(
-    {
-        command.strip()
-        for block in BLOCKS
-        for command in re.findall(
-            r'^(?:\$ )?(leo .*)', block.replace('\\\n', ''), flags=re.MULTILINE
-        )
-    }
-)
-PATHS = sorted(
-    {
-        path
-        for text in NOW
-        for path in re.findall(r'`((?:src|tests|docs|benchmarks)/[^`* ]+)`', text)
-    }
-)
+BLOCK = re.compile(r'^```(?:\w*)\n(.*?)^```', re.DOTALL | re.MULTILINE)
+COMMAND = re.compile(r'^(?:\$ )?(leo .*)', re.MULTILINE)
+PATH = re.compile(r'`((?:src|tests|docs|benchmarks)/[^`* ]+)`')
+BLOCKS = [block.replace('\\\n', '') for text in NOW for block in BLOCK.findall(text)]
+COMMANDS = sorted({typed.strip() for block in BLOCKS for typed in COMMAND.findall(block)})
+PATHS = sorted({path for text in NOW for path in PATH.findall(text)})
 ARCHITECTURE = (ROOT / 'docs/architecture.md').read_text()
 WHERE_IS = ARCHITECTURE.partition('## Where is')[2]
 

@@ -152,12 +152,8 @@ def test_pip_installs_leo_and_no_node_into_bin(pip_prefix: Path) -> None:
 def test_pip_of_the_four_packages_leaves_the_laboratory_out(
     pip_prefix: Path, laboratory_prefix: Path
 ) -> None:
-    folders = {
-        p.name
-        for p in modules(pip_prefix).iterdir()
-        if p.suffix not in ('.dist-info', '.egg-info')
-    }
-    assert folders == set(PACKAGES)
+    there = (p for p in modules(pip_prefix).iterdir() if not p.suffix.endswith('-info'))
+    assert {p.name for p in there} == set(PACKAGES)
     assert verbs(laboratory_prefix) == {'blind', 'reproduce', 'seeds'}
     assert verbs(pip_prefix) and verbs(pip_prefix).isdisjoint(verbs(laboratory_prefix))
 
@@ -182,17 +178,7 @@ def test_every_node_is_known_to_leo_run() -> None:
     assert {f'{package}.{node}' for package, node in EXECUTABLES} <= known
 
 
-@pytest.mark.parametrize(
-    'group',
-    [
-        'leo.verbs',
-        'leo.executables',
-        'leo.robots',
-        'leo.drivers',
-        'leo.effects',
-        'leo.log_formats',
-    ],
-)
+@pytest.mark.parametrize('group', [g for g in entry_points().groups if g.startswith('leo.')])
 def test_every_entry_point_leads_somewhere(group: str) -> None:
     ours = (*PACKAGES, 'leo_lab')
     found = [e for e in entry_points(group=group) if e.dist and e.dist.name in ours]

@@ -46,17 +46,10 @@ def test_friction_creates_no_energy(name, q, w, size):
     robot = ROBOTS['torque_pendulum']
     first, *others = EFFECTS[name].parameters
     values = {first.name: size} | {p.name: size for p in others}
-    model = Model(robot, [place(robot, name, 'all', **values)], integration_step=0.002)
-    angle, rate = rollout(model, [[q]], [[w]], np.zeros((1, 60, 1)), 0.01)
-    kept, ideal = (
-        energy(*track)
-        for track in (
-            (angle, rate),
-            rollout(
-                Model(robot, integration_step=0.002), [[q]], [[w]], np.zeros((1, 60, 1)), 0.01
-            ),
-        )
-    )
+    rubbing, bare = [place(robot, name, 'all', **values)], []
+    models = (Model(robot, effects, integration_step=0.002) for effects in (rubbing, bare))
+    still = np.zeros((1, 60, 1))
+    kept, ideal = (energy(*rollout(model, [[q]], [[w]], still, 0.01)) for model in models)
     wobble = np.ptp(ideal) + 1e-9
     assert np.all(np.diff(kept[0, :, 0]) <= 2 * wobble)
     assert kept[0, -1, 0] <= kept[0, 0, 0] + 2 * wobble
@@ -74,10 +67,6 @@ def test_coulomb_friction_holds_still_below_its_level(torque, level):
     assert pushed.dq[0] > 0
 
 
-def close(a, b):
-    return all(np.allclose(x, y, rtol=0, atol=1e-8) for x, y in zip(a, b, strict=True))
-
-
 @pytest.mark.parametrize('effect', sorted(EFFECTS))
 @given(name=names, q=angles, w=st.floats(-9, 9), share=st.floats(-1, 1), on=st.booleans())
 @settings(max_examples=8, deadline=None)
@@ -90,7 +79,7 @@ def test_neutral_parameters_change_nothing(effect, name, q, w, share, on):
         rollout(Model(robot, effects), [[q]], [[w]], inputs, 0.03, np.full((1, 2, 1), on))
         for effects in ((), (place(robot, effect, 'all'),))
     ]
-    assert close(*tracks)
+    assert np.allclose(*tracks, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,10 @@
 An argument that is given wins over the parameter file; the others leave it as it is.
 """
 
-from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from launch import LaunchDescription
 
-PACKAGE = 'leo_learner'
+from leo_sim.common.launching import described
+
 PARAMETERS = {
     'model': (str, 'model file or robot to train on'),
     'effect': (str, 'Python file of an effect that the model names and that may run'),
@@ -22,23 +19,4 @@ PARAMETERS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    declared = [
-        DeclareLaunchArgument(name, default_value='', description=text)
-        for name, (_, text) in PARAMETERS.items()
-    ]
-    file = DeclareLaunchArgument(
-        'params_file',
-        default_value=PathJoinSubstitution([FindPackageShare(PACKAGE), 'config', 'learner.yaml']),
-        description='parameters of the node',
-    )
-    return LaunchDescription([*declared, file, OpaqueFunction(function=learner_node)])
-
-
-def learner_node(context: LaunchContext) -> list[Node]:
-    given = {
-        name: kind(text)
-        for name, (kind, _) in PARAMETERS.items()
-        if (text := LaunchConfiguration(name).perform(context))
-    }
-    file = LaunchConfiguration('params_file')
-    return [Node(package=PACKAGE, executable='learner', output='screen', parameters=[file, given])]
+    return described('leo_learner', 'learner', PARAMETERS)

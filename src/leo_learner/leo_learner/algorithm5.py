@@ -123,8 +123,10 @@ class Algorithm5:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
         model, difference = self.corrected()
         training = Training(ModelEnv(training_model(model), difference), config, self._seed())
-        if update:
-            self._start_from_before(training)
+        if update:  # the networks behind the robot's driver
+            start_from(self._round(self.done.driver), training)
+        if update and settings.thesis:
+            training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
         steps = settings.update_steps if update else settings.first_steps
         on = f'model + difference {self.done.version}' if update else 'the model'
         self.say(f'round {update}: training {steps} steps on {on}')
@@ -192,12 +194,6 @@ class Algorithm5:
         self.done.update += 1
         self.done.phase = 'train'
         return True
-
-    def _start_from_before(self, training: Training) -> None:
-        """The networks behind the robot's driver; in the thesis the first round's replay too."""
-        start_from(self._round(self.done.driver), training)
-        if self.settings.thesis:
-            training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
 
     def gather_again(self) -> None:
         """What was gathered for the update that is next has been lost."""

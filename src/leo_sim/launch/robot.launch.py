@@ -4,11 +4,9 @@
 An argument that is given wins over the parameter file; the others leave it as it is.
 """
 
-from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from launch import LaunchDescription
+
+from leo_sim.common.launching import described
 
 PARAMETERS = {
     'robot': (str, 'a shipped robot, or the path of a robot folder'),
@@ -32,23 +30,4 @@ PARAMETERS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    declared = [
-        DeclareLaunchArgument(name, default_value='', description=text)
-        for name, (_, text) in PARAMETERS.items()
-    ]
-    file = DeclareLaunchArgument(
-        'params_file',
-        default_value=PathJoinSubstitution([FindPackageShare('leo_sim'), 'config', 'robot.yaml']),
-        description='parameters of the robot node',
-    )
-    return LaunchDescription([*declared, file, OpaqueFunction(function=robot_node)])
-
-
-def robot_node(context: LaunchContext) -> list[Node]:
-    given = {
-        name: kind(text)
-        for name, (kind, _) in PARAMETERS.items()
-        if (text := LaunchConfiguration(name).perform(context))
-    }
-    file = LaunchConfiguration('params_file')
-    return [Node(package='leo_sim', executable='robot', output='screen', parameters=[file, given])]
+    return described('leo_sim', 'robot', PARAMETERS)

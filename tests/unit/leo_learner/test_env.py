@@ -196,9 +196,7 @@ def test_returns_repeat_and_collecting_counts(model):
     [
         (['--robot', 'pendulum'], '-o DIR'),
         (['--robot', 'pendulm', '-o', 'x'], 'pendulum'),
-        (['--resume', 'nowhere'], 'holds no run'),
         (['--steps', '0', '-o', 'x'], '--steps'),
-        (['--what', '-o', 'x'], '--what'),
         (['-o', 'x', '--actions', 'sym', '--robot', 'pendulum'], "'pendulum' is no LEO"),
     ],
 )

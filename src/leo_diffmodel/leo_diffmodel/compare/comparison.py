@@ -128,12 +128,11 @@ def windows_up_to(seconds: float, recordings: Recordings, model: Model, step: fl
     ValueError where not even a step fits.
     """
     lengths = np.array([e.seconds for r in recordings for e in r.episodes])
-
-    def fit(whole: float) -> bool:
-        """Whether windows of that length can start in a good part of the data."""
-        return bool(np.maximum(lengths - whole, 0.0).sum() > COMPARE.fitting * lengths.sum())
-
-    while seconds > step and not fit(seconds + COMPARE.history):
+    enough_room = COMPARE.fitting * lengths.sum()
+    while seconds > step:
+        starts = np.maximum(lengths - (seconds + COMPARE.history), 0.0)
+        if starts.sum() > enough_room:
+            break
         seconds /= 2
     return errors.horizon_windows(recordings, model, seconds)
 

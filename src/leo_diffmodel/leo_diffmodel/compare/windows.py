@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows of equal sample count, the unit of every score, cut from recordings at one rate."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,18 +76,16 @@ def cut(
     count = max(1, round(seconds / period))
     skip = count + 1 if stride is None else max(1, round(stride / period))
     past = int(np.ceil(history / period)) if history > 0 else 0
-    pieces = list(_pieces(recordings, count, skip, past))
+    pieces = [
+        (episode, first, source)
+        for source, recording in enumerate(recordings)
+        for episode in recording.episodes
+        for first in range(past, len(episode.t) - count, skip)
+    ]
     if not pieces:
         bags = ', '.join(dict.fromkeys(r.name for r in recordings))
         raise ValueError(f'no episode of {bags} holds a window of {seconds:g} s')
     return _stack(pieces, count, past, recordings)
-
-
-def _pieces(recordings: Recordings, count: int, skip: int, past: int) -> Iterator[Piece]:
-    for source, recording in enumerate(recordings):
-        for episode in recording.episodes:
-            for first in range(past, len(episode.t) - count, skip):
-                yield episode, first, source
 
 
 def _stack(pieces: list[Piece], count: int, past: int, recordings: Recordings) -> Windows:

@@ -113,10 +113,8 @@ class MainJob:
         return self._with_difference() if self._unexplained() else self._path('repair/model.yaml')
 
     def _unexplained(self) -> bool:
-        one_step = self.found.repair['errors'].get('one_step')
-        if one_step is None:
-            return True
-        return bool(one_step['mean']['after'] > ENOUGH * one_step['mean']['noise_floor'])
+        mean = self.found.repair['errors'].get('one_step', {}).get('mean')
+        return mean is None or bool(mean['after'] > ENOUGH * mean['noise_floor'])
 
     def _with_difference(self) -> str:
         """The repaired model with a difference model for what no effect explains."""
@@ -166,11 +164,10 @@ class MainJob:
         if self._data is None or not (logs := sorted((self._data / RIG).glob(LOGS))):
             return False
         self._say('   meanwhile: the model of the real pendulum is repaired from its recordings')
-        held_out = [log for log in logs if HELD_OUT in log.name]
-        fitted = [log for log in logs if HELD_OUT not in log.name]
-        for name, part in (('fitted', fitted), ('held_out', held_out)):
+        for name, is_held_out in (('fitted', False), ('held_out', True)):
+            part = [str(log) for log in logs if (HELD_OUT in log.name) == is_held_out]
             words = '--map', RIG, '-o', self._path(RIG, name), '--bag-per-log'
-            self._processes.ask('import', *map(str, part), *words)
+            self._processes.ask('import', *part, *words)
         bags = *self._bags('fitted'), '--hold-out', *self._bags('held_out')
         model = '--model', 'torque_pendulum', '-o', self._path(RIG, 'repair')
         self._processes.start(RIG, 'repair', *bags, *model)

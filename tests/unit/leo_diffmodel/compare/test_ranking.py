@@ -68,11 +68,8 @@ def test_the_interval_is_over_blocks_and_not_over_windows():
     assert apart['value'] == pytest.approx(1.0) and apart['distinguishable']
     assert np.diff(apart['ci95']) == pytest.approx(2 * 3.182 * 0.0816 / 2, rel=1e-3)
     assert not behind(np.repeat([4.0, -1.0, 1.0, 0.0], 100), block)['distinguishable']
-    assert behind(np.ones(9), np.zeros(9)) == {
-        'value': 1.0,
-        'ci95': None,
-        'distinguishable': False,
-    }
+    of_one_block = behind(np.ones(9), np.zeros(9))
+    assert of_one_block == {'value': 1.0, 'ci95': None, 'distinguishable': False}
 
 
 def test_models_of_different_robots_are_refused(recording):

@@ -39,12 +39,8 @@ def test_a_link_that_weighs_more_is_that_much_of_its_column(motion):
 def test_a_payload_anywhere_about_a_link_is_a_sum_of_columns(motion):
     """A mass and another centre of mass have the mass, moments and inertia of such points."""
     link = ROBOT.moving_links[1]
-    carried = motion.model.changed(
-        effects=(
-            place(ROBOT, 'link_mass', link, m=0.4),
-            place(ROBOT, 'link_com', link, x=0, z=-0.03),
-        )
-    )
+    mass, com = place(ROBOT, 'link_mass', link, m=0.4), place(ROBOT, 'link_com', link, z=-0.03)
+    carried = motion.model.changed(effects=(mass, com))
     torque, *_ = motion.masses
     own = torque[:, :, [1, *range(8, 14)]].reshape(-1, 7)
     saved = (needed(carried, motion) - needed(motion.model, motion)).ravel()

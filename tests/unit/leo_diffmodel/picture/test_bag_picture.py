@@ -113,13 +113,11 @@ def test_what_cannot_be_drawn(changes, said, tmp_path):
 
 
 def test_shapes_of_a_urdf():
-    shapes = {shape.link: shape for shape in shapes_of(load_robot('leo').urdf)}
+    every = shapes_of(load_robot('leo').urdf)
+    shapes = {shape.link: shape for shape in every}
     assert shapes['torso'].points.max(axis=0) == pytest.approx([0.025, 0.05, 0.120775])
     assert shapes['left_shank'].colour == '#333842'
-    assert [s.colour for s in shapes_of(load_robot('leo').urdf) if s.link == 'left_foot'] == [
-        '#0073b2',
-        '#333842',
-    ]
+    assert [s.colour for s in every if s.link == 'left_foot'] == ['#0073b2', '#333842']
 
 
 BALL = '<geometry><sphere radius="0.1"/></geometry>'

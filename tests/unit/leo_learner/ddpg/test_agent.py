@@ -109,14 +109,9 @@ def test_folder_run_writes_curves_policy_checkpoint(tmp_path):
     robot = load_robot('pendulum')
     outcome = learn(Training(Follow(), SMALL, 0), robot, 200, tmp_path, quiet=True)
     events = EventAccumulator(str(tmp_path)).Reload()
-    assert {
-        'charts/episodic_return',
-        'charts/test_return',
-        'charts/SPS',
-        'losses/qf_loss',
-        'losses/qf_values',
-        'losses/actor_loss',
-    } <= set(events.Tags()['scalars'])
+    charts = {f'charts/{name}' for name in ('episodic_return', 'test_return', 'SPS')}
+    losses = {f'losses/{name}' for name in ('qf_loss', 'qf_values', 'actor_loss')}
+    assert charts | losses <= set(events.Tags()['scalars'])
     assert outcome.finished and outcome.steps == 200 and outcome.policy.is_file()
     assert learn(Training(Follow(), SMALL, 0), robot, 300, tmp_path, quiet=True).steps == 300
     assert json.loads(next(tmp_path.glob('checkpoint-*/run.json')).read_text())['steps'] == 300

@@ -57,8 +57,3 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path, change, said):
     with pytest.raises(UserError, match=said) as caught:
         unseal(path)
     assert len(str(caught.value).splitlines()) == 1
-
-
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(UserError, match='cannot read'):
-        unseal(tmp_path / 'none.sealed')
