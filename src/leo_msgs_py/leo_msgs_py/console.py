@@ -145,7 +145,6 @@ def in_words(seconds: float) -> str:
 
 
 def listed(names: Sequence[str], most: int = 3) -> str:
-    """The first names, and how many more there are."""
     rest = f' and {len(names) - most} more' if len(names) > most else ''
     return f'{", ".join(names[:most])}{rest}'
 

@@ -24,8 +24,6 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Ended(KeyboardInterrupt):
-    """The command is to end now."""
-
     def __init__(self, number: int) -> None:
         self.number = signal.Signals(number)
         super().__init__(self.number.name)

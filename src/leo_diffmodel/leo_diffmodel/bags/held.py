@@ -45,7 +45,7 @@ Held = tuple[Stamps, Floats, Floats]  # stamps [ns] that increase (N,); values, 
 def held_inputs(
     states: StateLog, inputs: InputLog | None, parts: Sequence[slice], previous: bool
 ) -> Sequence[Held | None]:
-    """Return the inputs of each stretch's run, which lasts until stamps jump back; None of none.
+    """Return the inputs of each stretch's run, until stamps jump back; None of a passive bag.
 
     With `previous` a stamp ends the period in which its input acted, instead of starting it.
     """

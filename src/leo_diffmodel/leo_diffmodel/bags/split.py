@@ -34,8 +34,9 @@ class Segments:
 def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     """Cut at new episodes, at stamps jumping back, at gaps, and at jumps where none is told.
 
-    A jump is a position change that the velocities at both ends do not allow, by more than ten
-    robust standard deviations of such mismatches and 0.02 rad.
+    A gap is a step longer than five median periods (and 25 ms). A jump is a position change that
+    the velocities at both ends do not allow, by more than ten robust standard deviations of such
+    mismatches and 0.02 rad.
     """
     step = np.diff(states.stamp_ns)
     back = step <= 0

@@ -43,8 +43,6 @@ class Bag:
 
 @dataclass(frozen=True)
 class Check:
-    """What `leo check` says."""
-
     findings: tuple[Finding, ...]  # of every check, per bag, errors first
     excitation: tuple[Excitation, ...]  # what each joint was put through
     reaches: tuple[Reach, ...]  # what can be said about each effect

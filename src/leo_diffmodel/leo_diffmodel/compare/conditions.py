@@ -170,7 +170,6 @@ def phases(robot: Robot, pressed: Array, held: Array) -> list[Array]:
 
 
 def _feet_below(robot: Robot, joint: str) -> list[int]:
-    """Which feet move with a joint."""
     moved: set[str] = set()
     for j in robot.joints:
         if j.name == joint or j.parent in moved:

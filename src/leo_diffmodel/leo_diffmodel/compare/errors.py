@@ -38,7 +38,6 @@ class Prediction:
         return at.of(self.error), at.of(self.floor)
 
     def take(self, index: Array) -> 'Prediction':
-        """Some of the windows."""
         return Prediction(self.windows.take(index), self.predicted[index], self.floor[index])
 
 

@@ -25,7 +25,6 @@ class Headline:
 
     @property
     def words(self) -> str:
-        """What is given, in words."""
         median = 'median ' if self.statistic == 'median' else ''
         return f'{median}held-out error {self.seconds:.2g} s ahead'
 
@@ -35,7 +34,6 @@ class Headline:
         return f'{"median" if self.statistic == "median" else "rms"}, {self.seconds:.2g} s ahead'
 
     def figures(self, prediction: Prediction) -> Figures:
-        """Both figures of each state."""
         error, _ = prediction.ahead(self.seconds)
         return {'rmse': root_mean(error**2), 'median': np.median(np.abs(error), axis=0).tolist()}
 

@@ -29,8 +29,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class _Scored:
-    """A model's errors at the end of windows."""
-
     square: Array  # squared errors of each window and state, (W, S)
     floor: Array  # what noise alone makes of them, (W, S)
     share: Array  # mean squared errors as shares of the motion, (W,)

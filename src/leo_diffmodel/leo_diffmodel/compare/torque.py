@@ -47,7 +47,6 @@ class MissingTorque:
         return np.isfinite(self.spread)
 
     def take(self, index: Array) -> 'MissingTorque':
-        """The estimates of the windows `index`."""
         return replace(at_rows(self, index), windows=self.windows.take(index))
 
 

@@ -35,12 +35,10 @@ class Windows:
 
     @property
     def count(self) -> int:
-        """Number of windows."""
         return len(self.start)
 
     @property
     def steps(self) -> int:
-        """Number of intervals in each window."""
         return self.dt.shape[1]
 
     @property
@@ -112,7 +110,6 @@ def _stack(pieces: list[Piece], count: int, past: int, recordings: Recordings) -
 
 
 def spread_out(windows: Windows, most: int) -> Windows:
-    """At most `most` of the windows, evenly chosen."""
     if windows.count <= most:
         return windows
     return windows.take(evenly(windows.count, most))

@@ -14,8 +14,6 @@ from leo_msgs_py.console import listed
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule of an answer."""
-
     name: str
     fired: bool
     number: float | None = None  # what it looked at
@@ -26,8 +24,6 @@ class Rule:
 
 @dataclass(frozen=True)
 class Named:
-    """One effect as the sentence says it."""
-
     label: str  # effect:where
     text: str  # parameters with units and intervals
     together: tuple[str, ...] = ()  # labels of the same thing in the data
@@ -101,7 +97,6 @@ def decide(
 
 
 def said(rules: Iterable[Rule]) -> tuple[str, ...]:
-    """The doubts of those that fired."""
     return tuple(rule.doubt for rule in rules if rule.fired and rule.doubt)
 
 

@@ -67,7 +67,6 @@ class Explanation:
 
     @property
     def sentence(self) -> str:
-        """All that is told."""
         return ' Then: '.join(map(str, self.told))
 
     def to_json(self) -> dict:
@@ -155,7 +154,6 @@ def none_yet(model: Model) -> Explanation:
 
 
 def _so_far(reading: Reading, fitted: Fit, found: SoFar) -> Explanation:
-    """The answer of the best fit so far."""
     answer = none_yet(_repaired(reading.asked.model, fitted))
     return replace(answer, used=reading.recordings, **found.rows)
 
@@ -184,7 +182,6 @@ def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanati
 
 
 def _searched(reading: Reading, found: Search, step: float | None) -> Explanation:
-    """The answer of a search."""
     asked, model, data, cut = reading.asked, reading.asked.model, reading.recordings, reading.cut
     step, own = errors.step_seconds(data, step), own_constants(model, cut.hold_out)
     findings = collect(data, model, found, reading.facts, step, own, asked.progress)

@@ -34,8 +34,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Asked:
-    """What a search is asked for."""
-
     model: Model
     settings: Settings
     progress: Reporter

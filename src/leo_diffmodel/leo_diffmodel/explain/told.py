@@ -17,8 +17,6 @@ class Thing(NamedTuple):
 
 @dataclass(frozen=True)
 class Told:
-    """What is said, and of what."""
-
     about: str  # what is said of the things, up to its colon
     things: tuple[Thing, ...] = ()  # what it is said of
     change: str = ''  # of the held-out error

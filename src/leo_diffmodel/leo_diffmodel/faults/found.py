@@ -71,7 +71,6 @@ class Found(Finding):
         return f'joints: {{{self.joint}: {{{inside}}}}}' if self.joint else inside
 
     def to_json(self) -> dict:
-        """An entry of `log_faults`."""
         fault = self.fault
         return {
             'name': self.code,

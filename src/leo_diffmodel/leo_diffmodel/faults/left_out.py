@@ -21,8 +21,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reading:
-    """How the log of a joint's input is read."""
-
     unit: float = 1.0  # what it says where 1 N m or N acts
     column: int | None = None  # whose input is in its place; its own where None
     share: float = 0.0  # of the weight that something besides carries

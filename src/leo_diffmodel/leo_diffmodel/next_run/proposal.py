@@ -48,8 +48,6 @@ class Option:
 
 @dataclass(frozen=True)
 class Proposal:
-    """What `leo next` says."""
-
     aim: str  # 'separate' hypotheses, 'show' effects that could not be tested, or 'nothing'
     points: tuple[str, ...]  # what is asked: pairs of labels 'a | b', or labels
     hopeless: tuple[str, ...]  # points on which no run of the menu says anything

@@ -149,7 +149,6 @@ def _intervals(
 
 
 def _held(model: Model, q: Array, dq: Array, u: Array, on: Array, sign: Array) -> Array:
-    """What motors and losses of the model give."""
     load = model.rigid.load(q) if model.laws.needs_load else None
     given = model.laws.torques(q, dq, dq, u, on, load)
     friction = 0.0 if given.level is None else given.level * sign
@@ -157,7 +156,6 @@ def _held(model: Model, q: Array, dq: Array, u: Array, on: Array, sign: Array) -
 
 
 def _motor(model: Model, u: Array, on: Array, q: Array) -> Array:
-    """What the motors give without back-EMF."""
     still = np.zeros_like(q)
     load = still if model.laws.needs_load else None
     return np.broadcast_to(model.laws.torques(q, still, still, u, on, load).motor, q.shape)

@@ -14,8 +14,6 @@ Array = np.ndarray
 
 
 class Frozen(NamedTuple):
-    """Stretches of one value."""
-
     joint: str
     sensor: str  # angle or speed
     at_end: bool  # the values are the largest or smallest that the sensor ever showed

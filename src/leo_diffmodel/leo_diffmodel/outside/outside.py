@@ -164,7 +164,6 @@ def _unlike(seen: Flow, rest: Array, j: int, rung: float | None) -> str:
 
 
 def _all_of(seen: Flow, kind: str, why: str) -> list[Finding]:
-    """The whole recording, episode by episode."""
     times = [seen.time[seen.episode == n] for n in np.unique(seen.episode)]
     half = 0.5 * seen.bell
     return [stretch(kind, why, float(t[0]) - half, float(t[-1]) + half) for t in times]

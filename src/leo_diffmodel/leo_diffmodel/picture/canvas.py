@@ -63,7 +63,6 @@ class Canvas:
 
 
 def mixed(colour: str, other: str, share: float) -> str:
-    """A colour with a share (0 to 1) of another."""
     a, b = (np.array(ImageColor.getrgb(c)[:3], float) for c in (colour, other))
     red, green, blue = ((1 - share) * a + share * b).round().astype(int)
     return f'#{red:02x}{green:02x}{blue:02x}'

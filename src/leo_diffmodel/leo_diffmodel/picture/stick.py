@@ -33,14 +33,11 @@ class Pose:
     touched: np.ndarray  # where they do, shape (N, 2)
 
     def points(self) -> np.ndarray:
-        """All corners, (N, 2)."""
         parts = [p for p, _ in (*self.outlines, *self.sticks)] + [self.hinges, self.touched]
         return np.concatenate([part.reshape(-1, 2) for part in parts])
 
 
 class Stick:
-    """Draws a robot's poses."""
-
     def __init__(self, robot: Robot):
         self.robot, walks = robot, robot.base == 'planar'
         self._tree, self._shapes = Kinematics(robot.joints), shapes_of(robot.urdf)

@@ -124,5 +124,4 @@ def training_model(model: Model) -> Model:
 
 
 def training_env(model: Model) -> ModelEnv:
-    """As `model_env`, of a `training_model`."""
     return model_env(training_model(model))

@@ -124,7 +124,6 @@ def _played(
 
 @told_when_ended()
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
-    """Measure, and write what was asked for."""
     from leo_diffmodel.bags.episode import distinct
     from leo_diffmodel.compare.known import provenance
     from leo_diffmodel.datasheet.measure import measure

@@ -19,7 +19,6 @@ _chosen: list[int] = []
 
 
 def cores() -> int:
-    """How many cores to use."""
     return _chosen[-1] if _chosen else _there()
 
 

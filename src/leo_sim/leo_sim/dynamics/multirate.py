@@ -195,7 +195,6 @@ class _InnerLoop(NamedTuple):
     def _state(
         self, shape: tuple[int, ...], motion: Motion, memory: Memory
     ) -> tuple[Any, Any, Memory]:
-        """The reverse of `_motion`."""
         q, dq, offset, speed = (a.reshape(*shape, a.shape[-1]) for a in motion)
         gap = self.laws.gap
         if gap is not None:

@@ -164,7 +164,6 @@ def loops_possible(laws: Laws) -> bool:
 
 
 def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
-    """Leading axes of what the loops are made of."""
     if laws.servos is None:
         return []
     values = [v for use in laws.servos.after for v in use.values.values()]

@@ -198,7 +198,6 @@ def _reached(w: int, windows: int, q: Array, dq: Array, work: Work) -> Any:
 
 @compiled_in_place
 def _begun(world: World, each: int, play: Play, w: int, q: Array, dq: Array, work: Work) -> Any:
-    """Begin with the states of a window."""
     for r in range(work.q.shape[0]):
         n = r * world.windows + w
         world.of[r] = (n // each) % world.figures.shape[0]

@@ -59,7 +59,6 @@ class Plane:
         return tip, weights
 
     def _chain(self, link: str) -> list[Joint]:
-        """Moving joints from a link to the root."""
         chain = []
         while (joint := self._by_child.get(link)) is not None:
             if joint.kind != 'fixed':

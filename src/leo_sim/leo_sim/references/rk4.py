@@ -84,7 +84,6 @@ class _System:
         return _Motion(y.dq, link, y.speed - y.dq, rotor)
 
     def advanced(self, y: _Motion, phase: _Phase, time: float) -> _Motion:
-        """One Runge-Kutta step."""
         a = self.derivative(y, phase)
         b = self.derivative(y.along(a, time / 2), phase)
         c = self.derivative(y.along(b, time / 2), phase)
@@ -138,7 +137,6 @@ def integrate(
 
 
 def _step(system: _System, y: _Motion, h: float) -> _Motion:
-    """One step, cut at its events."""
     left = h
     for _ in range(EVENTS):
         phase = system.phase(y)

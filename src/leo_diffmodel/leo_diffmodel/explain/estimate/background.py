@@ -23,8 +23,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Background:
-    """What small differences leave to doubt."""
-
     scale: float  # their typical size [noise of each sample]
     # by how much standard errors of each effect's parameters are larger, (P,) each
     factors: dict[Candidate, Array]

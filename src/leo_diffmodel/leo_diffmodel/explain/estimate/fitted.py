@@ -35,8 +35,6 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted hypothesis."""
-
     hypothesis: Hypothesis  # what was free
     theta: Array  # its parameters, shape (P,)
     # of theta, from the training windows, wider where more than noise is left, shape (P, P)
@@ -186,8 +184,6 @@ def _answer(problem: Problem, fitted: Fit, move: Array, free: Array) -> Array:
 
 @dataclass(frozen=True)
 class Rest:
-    """What the supported effects leave."""
-
     gates: Gates  # what counts
     ratio: float  # mean squared whitened residual over its expected value, see `rest_of`
     share: float  # of the model's error (beyond noise) that is left

@@ -33,8 +33,6 @@ ORDINARY = ('viscous_friction', 'coulomb_friction')  # losses that every joint h
 
 
 class Rounds:
-    """Choice and joint fit in turn."""
-
     def __init__(
         self, estimator: Estimator, first: Estimate, pool: Sequence[Candidate], progress: Reporter
     ):

@@ -24,8 +24,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Scan:
-    """What a scan of one candidate found."""
-
     candidate: Candidate  # the effect and its place
     theta: Array  # the best parameters, shape (P,)
     gain: float  # on the training windows [nats], nuisances projected out

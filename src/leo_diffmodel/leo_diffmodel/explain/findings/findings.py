@@ -30,8 +30,6 @@ class Rival(NamedTuple):
 
 
 class Contender(NamedTuple):
-    """A set that speaks against the chosen one."""
-
     label: str
     by: float  # what it leaves less unexplained [nats]; or the share of the error that it saves
 
@@ -45,8 +43,6 @@ class RecordingValue(NamedTuple):
 
 
 class Range(NamedTuple):
-    """From the least to the most of what was there."""
-
     low: float
     high: float
     unit: str

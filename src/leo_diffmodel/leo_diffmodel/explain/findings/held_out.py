@@ -78,7 +78,6 @@ class HeldOut:
 
     @property
     def headline(self) -> Headline:
-        """Which error of each state an answer gives."""
         return headline(self.base.robot, float(np.median(self.windows.dt.sum(axis=1))))
 
     def completed(self, fitted: Fit, problem: Problem | None = None) -> Fit:
@@ -105,7 +104,6 @@ class HeldOut:
         return self._made[values]
 
     def figures(self, fitted: Fit) -> Figures:
-        """The headline's errors of a fitted hypothesis."""
         return self.headline.figures(self._without_floor(fitted))
 
     def ahead(self, fitted: Fit) -> Array:

@@ -36,8 +36,6 @@ class Linearisation:
 
 @dataclass(frozen=True)
 class Problem:
-    """What every hypothesis is judged on."""
-
     base: Model  # the model as it stands, the counts of servos left out, see `pose.uncounted`
     windows: Windows  # the data, training and held-out
     sigma: Array  # noise of each recording and channel (angles, then rates), shape (R, 2J)

@@ -42,8 +42,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Search:
-    """What was chosen, and from what."""
-
     null: Fit  # the model as given, constants refitted, in units of the measurement noise
     final: Fit  # the chosen hypothesis, in the same units
     posed: Posed  # the problem in these units

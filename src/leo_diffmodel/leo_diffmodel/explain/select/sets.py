@@ -53,7 +53,6 @@ class Sets:
 
     @property
     def untried(self) -> tuple[str, ...]:
-        """What there was no time for, in words."""
         tried = self.extensions.values()
         return tuple(' + '.join(c.label for c in added) for e in tried for added in e.untried)
 
@@ -71,7 +70,6 @@ class Sets:
         return max(self.settings.gates.least_nats, min(limits, default=0.0))
 
     def ordered(self) -> list[Scored]:
-        """The best first."""
         return self.weight.ordered(list(self.known.values()))
 
     def all_supported(self) -> list[Scored]:

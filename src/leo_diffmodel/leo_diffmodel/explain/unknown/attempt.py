@@ -45,7 +45,6 @@ class Attempt:
 
     @property
     def candidate(self) -> Candidate:
-        """The law as an effect."""
         return self.fit.hypothesis.candidates[-1]
 
     @property
@@ -71,7 +70,6 @@ class Attempt:
 
     @property
     def fitted_law(self) -> Law:
-        """The law with the values of the fit."""
         return self.law.settled(self.fit.theta[self.indices])
 
     @property

@@ -25,8 +25,6 @@ motion, or a share of the motor's own torque."""
 
 @dataclass(frozen=True)
 class Variable:
-    """One quantity along the data."""
-
     name: str  # angle, rate, input, load, time or path
     of: str  # the joint whose quantity it is; '' for time
     unit: str  # of its values

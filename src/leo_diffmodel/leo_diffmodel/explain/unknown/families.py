@@ -14,8 +14,6 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Family:
-    """One form of law."""
-
     law: Callable[..., Array]  # y of x and the parameters by their names
     text: str  # the same as an effect file has it, in numpy
     words: str  # the same for people

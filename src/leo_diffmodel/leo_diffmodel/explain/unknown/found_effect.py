@@ -152,7 +152,6 @@ def _about(law: Law, joint: str) -> str:
 
 
 def text_of(effect: FoundEffect) -> str:
-    """The text of the effect file."""
     assert all(p.name.isidentifier() for p in effect.parameters)
     names = '\n'.join(f'        {p.name} = p[{p.name!r}]' for p in effect.parameters)
     head = HEADER.format(

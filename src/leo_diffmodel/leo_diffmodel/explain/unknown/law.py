@@ -19,8 +19,6 @@ SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't',
 
 @dataclass(frozen=True)
 class Law:
-    """A law of one variable with its parameters."""
-
     curve: Curve  # what it describes
     family: Family  # its form
     parameters: tuple[Parameter, ...]  # coefficients, then shapes, neutral at their values
@@ -84,13 +82,11 @@ def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
 
 
 def table_of(curve: Curve) -> Law:
-    """The curve itself as a law."""
     family = table(curve.variable, curve.score.values)
     return Law(curve, family, (Parameter('k', ''),), np.ones(1), read=True)
 
 
 def _unit(own: str, x: str, power: int) -> str:
-    """Unit of a coefficient of x^power."""
     if not power or not x:
         return own
     if power < 0:

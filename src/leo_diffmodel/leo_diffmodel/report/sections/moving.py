@@ -55,7 +55,6 @@ def _frame(measured: list[list[Array]]) -> tuple[Array, Array]:
 
 
 def _path(lines: list[Array], low: Array, high: Array) -> str:
-    """An SVG path in m, y downwards."""
     size = FARTHEST * (high - low)
     path = ''
     for points in lines:

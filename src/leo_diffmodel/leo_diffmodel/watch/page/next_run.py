@@ -69,7 +69,6 @@ class NextRunView:
         return [wrong(news.error)] if news.error else []
 
     def _files(self) -> list[str]:
-        """Where the run is, and how it is played."""
         file = self._next.file
         lines: list[str] = [Markup('wrote <code>{}</code>').format(file)] if file else []
         if self._next.said:
