@@ -178,7 +178,7 @@ def test_every_node_is_known_to_leo_run() -> None:
     assert {f'{package}.{node}' for package, node in EXECUTABLES} <= known
 
 
-@pytest.mark.parametrize('group', [g for g in entry_points().groups if g.startswith('leo.')])
+@pytest.mark.parametrize('group', sorted(g for g in entry_points().groups if g.startswith('leo.')))
 def test_every_entry_point_leads_somewhere(group: str) -> None:
     ours = (*PACKAGES, 'leo_lab')
     found = [e for e in entry_points(group=group) if e.dist and e.dist.name in ours]

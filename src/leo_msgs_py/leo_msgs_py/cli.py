@@ -128,8 +128,9 @@ def _leave(status: int) -> None:
 
     for child in active_children():
         child.kill()
-    with suppress(OSError, ValueError):
-        sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):
+            stream.flush()
     os._exit(status)
 
 

@@ -88,7 +88,7 @@ def told_when_ended() -> Iterator[None]:
         with ending():
             yield
     except KeyboardInterrupt as by:
-        say(f'leo: ended by {Ended.of(by).number.name}: nothing is kept; type the same again')
+        say(f'leo: ended by {Ended.of(by).number.name}: no answer is kept; bags are')
         raise
 
 

@@ -45,7 +45,7 @@ def test_a_signal_ends_it_with_the_status_of_a_shell_and_a_line(number, capsys):
     with pytest.raises(Ended) as found, told_when_ended():
         signal.raise_signal(number)
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f'leo: ended by {signal.Signals(number).name}: nothing is kept; type')
+    assert line.startswith(f'leo: ended by {signal.Signals(number).name}: no answer is kept;')
     assert found.value.status == 128 + number and not found.value.in_time
     assert handlers() == before and signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 

@@ -48,7 +48,7 @@ class Numbers:
         """How many more are missing now that this one has come; -1 where it comes late."""
         more = number - self._last - 1
         if more < 0:
-            return -1 if number > self._first else 0
+            return -1 if self._first < number < self._last else 0
         self._last = number
         return more
 

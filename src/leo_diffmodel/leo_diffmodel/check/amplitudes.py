@@ -35,7 +35,6 @@ class Reach:
 
     @property
     def label(self) -> str:
-        """effect:where."""
         return f'{self.name}:{self.where}'
 
 

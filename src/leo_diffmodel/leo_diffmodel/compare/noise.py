@@ -137,7 +137,6 @@ def _resolution(values: Array) -> float:
 
 
 def _along(windows: Windows) -> Array:
-    """A torque that goes with the inputs, (W, K)."""
     along = windows.inputs.sum(axis=-1)
     return np.asarray(along / max(float(np.abs(along).max()), 1e-12))
 

@@ -32,7 +32,6 @@ class Named:
 
     @property
     def sure(self) -> bool:
-        """Whether it can be named alone."""
         return not (self.rivals or self.doubt)
 
 

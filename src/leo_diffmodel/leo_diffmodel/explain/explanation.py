@@ -148,7 +148,6 @@ class _Whole:
 
 
 def none_yet(model: Model) -> Explanation:
-    """The answer where there was no time for any."""
     said = Told(f'{CUT_SHORT}, and no fit came to its end')
     return Explanation('ambiguous', (said,), model, next_run=MORE_TIME, complete=False)
 

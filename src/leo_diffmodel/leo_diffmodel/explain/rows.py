@@ -33,7 +33,6 @@ def shown_for(findings: Findings) -> dict[str, dict]:
 
 
 def not_shown(candidate: Candidate, why: str) -> dict[str, str]:
-    """An effect that the data cannot show."""
     return {**_names(candidate), 'why': why}
 
 

@@ -165,7 +165,6 @@ class MotionRun:
 
     @property
     def command(self) -> str:
-        """The words after `leo` that perform it."""
         return f'play {self.motion} --seed {self.seed} --seconds {self.seconds:g}'
 
 

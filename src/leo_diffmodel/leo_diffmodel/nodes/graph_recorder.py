@@ -151,6 +151,7 @@ class GraphRecorder:
     def _drain(self) -> None:
         """Take what is on its way; a process that stood still receives it only now."""
         ended, began = time.time_ns(), time.monotonic()
+        self._take()
         until = max(began + QUIET, self._found)
         while time.monotonic() < min(until, began + DRAINED):
             if (oldest := self._take()) < math.inf:

@@ -27,7 +27,6 @@ class Finding:
 
 
 def times(stretches: Sequence[tuple[float, float]]) -> str:
-    """The first few stretches in words."""
     first = ', '.join(f'{begin:.2f}-{end:.2f} s' for begin, end in stretches[:SHOWN])
     more = len(stretches) - SHOWN
     return f'{first} and {more} more' if more > 0 else first

@@ -54,7 +54,6 @@ class Stick:
         self._up = np.array([-np.sin(slope), np.cos(slope)])
 
     def pose(self, q: np.ndarray) -> Pose:
-        """The figure at joint angles q (J,)."""
         seen, contacts = self._seen(q), self.robot.contacts
         outlines = [(_hull(seen(s.link, s.points)), s.colour) for s in self._shapes]
         hinges = [seen(child, np.zeros(3))[0] for child in self._hinged]

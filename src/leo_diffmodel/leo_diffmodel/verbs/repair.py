@@ -36,7 +36,7 @@ def main(argv: list[str]) -> int:
     """Exit status as `leo explain`."""
     arguments = _parser().parse_args(argv)
 
-    from leo_diffmodel.add.rounds import merged, rounds
+    from leo_diffmodel.add.rounds import merged, rounds, SURE
     from leo_diffmodel.compare.comparison import compare
     from leo_diffmodel.explain.explanation import explain
     from leo_diffmodel.verbs.best import Best
@@ -53,18 +53,21 @@ def main(argv: list[str]) -> int:
     def ask(model: Model, within: float) -> Explanation:
         chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
         chosen |= {'within': within, 'so_far': None if done else best}
-        done.append(explain(recordings, model, held, own, reporter, **chosen))
-        best.answer = merged(done)
-        return done[-1]
+        answer = explain(recordings, model, held, own, reporter, **chosen)
+        if not done or answer.verdict in SURE:
+            done.append(answer)
+            best.answer = merged(done)
+        return answer
 
     try:
-        with ending(), progress('repairing', within=within) as reporter, using(arguments.jobs):
-            recordings, held = common.read_all(arguments, model)
-            before = compare(recordings, model, arguments.step)
-            found = rounds(ask, model, common.left(arguments))
+        with ending():
+            with progress('repairing', within=within) as reporter, using(arguments.jobs):
+                recordings, held = common.read_all(arguments, model)
+                before = compare(recordings, model, arguments.step)
+                found = rounds(ask, model, common.left(arguments))
+            return _finished(arguments, target, found, before, [*recordings, *held])
     except KeyboardInterrupt as early:
         return best.left(arguments, model, early)
-    return _finished(arguments, target, found, before, [*recordings, *held])
 
 
 def _finished(

@@ -48,12 +48,10 @@ class Stage:
         self.reach = max(float(np.linalg.norm(ways, axis=1).max()) for ways in from_middle)
 
     def lines(self, q: Array) -> list[Array]:
-        """The lines of a pose (J,), each (N, 2)."""
         far = FAR * self.reach
         return [np.clip(p, -far, far) for p in self.stick.lines(q)]
 
     def touched(self, q: Array) -> Array:
-        """Where a pose touches the ground, (N, 2)."""
         return self.stick.pose(q).touched
 
     def part(self, q: Array) -> tuple[Array, Array]:

@@ -42,8 +42,6 @@ class Plan:
 
 @dataclass
 class Found:
-    """What came out; `demo.json`."""
-
     repair: dict[str, Any] = field(default_factory=dict)  # said by `leo repair --json`
     truth: dict[str, Any] = field(default_factory=dict)  # said by `leo reveal --json`
     returns: dict[str, float] = field(default_factory=dict)  # mean on the robot by policy

@@ -152,6 +152,5 @@ def _pose(element: Element, place: tuple[float, ...], rotation: np.ndarray) -> E
 
 
 def _texts(element: Element, **values: str) -> None:
-    """Children that hold a text each."""
     for tag, text in values.items():
         SubElement(element, tag).text = text

@@ -39,7 +39,6 @@ class Plane:
                     self._slopes[self._moving.index(joint), column] = self._sense(joint)
 
     def points(self, places: Sequence[Place]) -> 'Points':
-        """The map from angles to the places."""
         columns = zip(*(self._column(*place) for place in places), strict=True)
         return Points(self._slopes, *(np.stack(each, axis=-1) for each in columns))
 
@@ -150,8 +149,6 @@ class Gait:
 
 
 class Soles:
-    """Spheres over the ground."""
-
     def __init__(self, plane: Plane, contacts: Sequence[Contact], slope: float):
         self._centres = plane.points([(c.link, c.x, c.z) for c in contacts])
         self._radii = np.array([c.radius for c in contacts])

@@ -33,8 +33,6 @@ IMMOVABLE = 1e4
 
 
 class Steps(NamedTuple):
-    """What a robot is given over K intervals."""
-
     inputs: Array  # V, N m or rad, (K, A)
     enabled: Array  # motors that are on, booleans (K, A)
     dt: Array  # s, (K,)

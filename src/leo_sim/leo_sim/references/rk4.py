@@ -42,8 +42,6 @@ class _Motion(NamedTuple):
 
 
 class _System:
-    """Derivatives of one model with its input held."""
-
     def __init__(
         self, laws: Laws, dynamics: Dynamics, u: Array, enabled: Any, memory: Memory, push: Numbers
     ):

@@ -53,8 +53,10 @@ def choose(
         found := _best(matrices, held, price, least, looked, kept)
     ):
         worth, more = found[0]
-        held = pruned(matrices, _joined(held, more), price, kept)
-        least = max(least, numerics.wait * worth)
+        larger = _with(matrices, held, more, price, kept)
+        if _needed(matrices, larger, price, kept) >= _needed(matrices, held, price, kept):
+            break
+        held, least = larger, max(least, numerics.wait * worth)
     return held
 
 
@@ -64,9 +66,17 @@ def first_steps(
     """Sets with one thing more than a fit that is far off, those that save most first."""
     held = pruned(matrices, list(matrices.members), price, kept)
     found = _best(matrices, held, price, 0.0, numerics.bounded_looks, kept)
-    steps = (pruned(matrices, _joined(held, more), price, kept) for _, more in found)
+    steps = (_with(matrices, held, more, price, kept) for _, more in found)
     one_each = {frozenset(t.candidate for t in terms): terms for terms in steps}
     return [*one_each.values()][: numerics.patience] or [held]
+
+
+def _with(
+    matrices: Matrices, held: list[Term], more: list[Term], price: Price, kept: Kept
+) -> list[Term]:
+    """Some terms and more, less those of them that are not worth their price beside these."""
+    added = {t.candidate for t in more}
+    return pruned(matrices, _joined(held, more), price, lambda c: kept(c) or c in added)
 
 
 def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:

@@ -227,7 +227,6 @@ class _Builder:
 
 
 def indices(terms: Sequence[Term]) -> list[int]:
-    """Numbers of their columns."""
     return [i for term in terms for i in term.span]
 
 

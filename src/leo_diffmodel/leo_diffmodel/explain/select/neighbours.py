@@ -14,7 +14,7 @@ from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit, linear_part
 from leo_diffmodel.explain.estimate.rounds import ORDINARY
 from leo_diffmodel.explain.problem.hypothesis import Candidate, EVERYWHERE, widens
-from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.sets import chosen, Names, Sets
 
 
@@ -73,7 +73,8 @@ def _usual(sets: Sets, at: Estimate) -> Names:
     joints = len(at.problem.base.robot.actuators)
     for law in ORDINARY if joints >= sets.settings.gates.several else ():
         losses = [c for c in at.fit.hypothesis.candidates if c.effect.name == law]
-        worth = [c for c in losses if sets.weight.saves(_part(sets, at, c), whole, sets.threshold)]
+        parts = {c: score(_without(at, c)) for c in losses}
+        worth = [c for c in losses if sets.weight.saves(parts[c], whole, sets.threshold)]
         if 2 * len(worth) > joints:
             found |= {*losses}
     return frozenset(found)
@@ -103,8 +104,12 @@ def _part(sets: Sets, at: Estimate, out: Candidate) -> Scored:
     if len(at.names) <= sets.settings.gates.many:
         sets.add_part(names, at)
     if names not in sets.known:
-        sets.add([at._replace(fit=linear_part(at.problem, at.fit, [out]))])
+        sets.add([_without(at, out)])
     return sets.known[names]
+
+
+def _without(at: Estimate, out: Candidate) -> Estimate:
+    return at._replace(fit=linear_part(at.problem, at.fit, [out]))
 
 
 def _narrower(sets: Sets, at: Estimate, wide: Candidate, law: Candidate) -> Scored:
@@ -133,8 +138,11 @@ def _best(sets: Sets) -> Scored:
         sets.judged[id(new[0].fit)] = new[0].fit
         judged(sets, new[0].at)
     best = chosen([*sets.known.values()], sets.weight, sets.threshold)
-    usual = sets.usual and sets.usual & _usual(sets, best.at)
-    if sets.late or usual == sets.usual:
+    if sets.late or not sets.usual:
+        return best
+    laws = {c.effect.name for c in _usual(sets, best.at)}
+    usual = frozenset(c for c in sets.usual if c.effect.name in laws)
+    if usual == sets.usual:
         return best
     sets.usual, sets.judged = usual, {}
     return _best(sets)

@@ -111,7 +111,6 @@ def regressed(
 
 
 def _periodic(regression: Regression, variable: Variable) -> Curve:
-    """The best sine in time."""
     problem, span = regression.left.problem, float(np.ptp(variable.values))
     grids, period = problem.grids, float(np.median(problem.windows.dt))
     highest = min(grids.fastest_hz, grids.of_rate / period)

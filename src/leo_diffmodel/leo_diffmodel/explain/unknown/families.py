@@ -32,7 +32,6 @@ class Family:
         return np.concatenate([coefficients[:-2], [size], self.grid[index], [phase]])
 
     def with_constant(self) -> 'Family':
-        """The same and a constant c."""
         return replace(
             self,
             law=lambda x, c, **others: c + self.law(x, **others),

@@ -117,7 +117,6 @@ class Condition:
     trouble: str = ''  # why the newest data are not shown; '' where they are
 
     def line(self, buffer: MessageBuffer) -> tuple[bool, str]:
-        """Whether all is well, and what to say."""
         if is_silent(buffer):
             return False, GONE.format(_silence(buffer))
         if buffer.two:

@@ -6,6 +6,7 @@ served. Python does so by itself, when there is enough to find.
 """
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from types import SimpleNamespace
 
 from bokeh.application.application import Application, SessionContext
@@ -22,9 +23,10 @@ class _Leaving(DocumentLifecycleHandler):
 
 
 def _forget(context: SessionContext) -> None:
-    callbacks = context._document.session_destroyed_callbacks
-    while callbacks:
-        callbacks.pop()(context)
+    with ExitStack() as all_of_them:  # whatever one raises
+        for callback in context._document.session_destroyed_callbacks:
+            all_of_them.callback(callback, context)
+    context._document.session_destroyed_callbacks.clear()
 
 
 def application(open_tab: Callable[[Document], object]) -> Application:

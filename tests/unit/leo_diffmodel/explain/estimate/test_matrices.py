@@ -12,15 +12,16 @@ from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import choose, Price
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import linear_part
-from leo_diffmodel.explain.estimate.matrices import matrices
+from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
+from leo_diffmodel.explain.estimate.terms import Column, Term
 from leo_diffmodel.explain.problem.candidates import candidates, limited
-from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import pose, shorter
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select.search import search
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
-from leo_sim.effects import place
+from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model
 
 ROBOT = load_robot('double_pendulum')
@@ -134,6 +135,22 @@ def test_what_is_kept_is_in_every_choice(linear):
     problem, _, made = linear
     dear = made, Price(1e9, 0.0), problem.numerics
     assert choose(*dear) == [] and choose(*dear, lambda _: True) == [*made.members]
+
+
+def test_one_cause_of_what_losses_at_all_joints_do_is_chosen_beside_them():
+    """It is credited with what they cost, and stays though it saves less than its own price."""
+    losses = [Candidate(EFFECTS['viscous_friction'], f'joint_{i}', ()) for i in range(4)]
+    column = Column(np.ones(1), 0.0, np.inf)
+    pool = [*losses, Candidate(EFFECTS['voltage_scale'], 'all', ())]
+    *each, cause = (Term(c, np.zeros(1), (column,), i) for i, c in enumerate(pool))
+    rows = np.vstack([np.eye(5)[:4], [*4 * [0.995**0.5 / 2], 0.005**0.5]])
+    target = np.array([*4 * [2.2], 4.5])
+    limits = np.array([np.zeros(5), np.full(5, np.inf)])
+    data = rows @ rows.T, rows @ target, 0.5 * target @ target, limits, np.ones(5)
+    made = Matrices(None, tuple(each), (cause,), *data, (), 8.0, 100, {})
+    usual = EFFECTS['viscous_friction']
+    chosen = choose(made, Price(8.0, 0.0), SETTINGS.numerics, lambda c: c.effect == usual)
+    assert chosen == [*each, cause]
 
 
 def test_a_part_by_its_linear_answer_is_near_its_fit(rubbing):
