@@ -126,7 +126,7 @@ def find_databases(path: Path) -> tuple[Path, ...]:
 
 
 def _load_database(path: Path, topics: dict[str, TopicLog]) -> int:
-    """Add what a SQLite file holds in CDR, up to where it is damaged; return how much is."""
+    """Add a SQLite file's messages; return how many rows are no message, 1 more if it is cut."""
     try:
         with closing(_opened(path)) as database:
             rows = database.execute(_TOPICS).fetchall()

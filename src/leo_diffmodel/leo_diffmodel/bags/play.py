@@ -28,9 +28,9 @@ DEPTH = 1000
 def play(
     bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS
 ) -> int:
-    """Publish a bag at a speed (1 = as logged), again and again with `loop`; return how often.
+    """Publish a bag at a speed (1 = as logged); return how many messages were published.
 
-    It waits up to `wait` [s] for a reader of every topic.
+    It waits up to `wait` [s] for a reader of every topic; `loop` plays again and again.
     """
     if not rate > 0.0:
         raise UserError(f'--rate {rate:g} is not a speed; give a number above 0')

@@ -102,9 +102,9 @@ def _episode_cuts(
 ) -> NDArray[np.bool_]:
     """Return the steps, shape (T - 1,), in which the episode number changes.
 
-    When the number was published says between which states. Without such times, or where the
-    clock was set, there is only when it arrived, a few samples before or after: the worst jump
-    nearby is the true place.
+    The time at which an episode number was published says between which states. Without such
+    times, or where the clock was set, only its arrival is known, a few samples before or after:
+    the worst jump nearby is the true place.
     """
     logged = list(deserialize(episodes, UINT32))
     numbers = [message.data for _, message in logged]

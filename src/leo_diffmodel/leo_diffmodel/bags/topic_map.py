@@ -139,7 +139,7 @@ def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
 def find_topic(
     contents: BagContents, role: Role, topic_map: TopicMap, name: str | None = None
 ) -> TopicLog | None:
-    """Return the topic of a role: that of the map, else the only one whose name ends in it."""
+    """Return the topic of a role: as mapped, else the default name, else the one ending in it."""
     if role in topic_map.topics:
         return _named(contents, topic_map.topics[role], TYPES[role])
     default = name or DEFAULT_NAMES[role]

@@ -128,7 +128,7 @@ def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
 
 
 class Chosen(NamedTuple):
-    """Columns with a part in the map, '' for no time that rises; how names became joints."""
+    """Columns of the map, no time ('') where none rises; notes on how names became joints."""
 
     time: str
     joints: Columns

@@ -32,20 +32,22 @@ FIGURES: Sequence[Figure] = (
 
 
 def constant_lines(table: Table, robot: KnownRobot | None) -> Iterator[tuple[str, Entry, str]]:
-    """Yield (path, entry, why) of what the head of a log says; '' where no path is sure."""
+    """Yield (path, entry, why) of what the head of a log says; '' where none is sure or free."""
+    taken = set[str]()
     for name, values in table.items():
         able = [f for f in FIGURES if {*f[0].split()} & {*words_of(name)}]
         if able and len({*values}) == 1 and np.isfinite(values[0]):
             found = [row for f in able for row in _rows(f, name, float(values[0]), robot)]
             near = [row for row in found if row[0] <= FAR]
-            if len({path for _, path, _ in near}) == 1:
+            paths = {path for _, path, _ in near}
+            if len(paths) == 1 and not paths & taken:
                 _, path, entry = min(near, key=lambda row: row[0])
+                taken.add(path)
                 yield path, {'column': name, **entry}, f'{values[0]:.6g}'
             else:
-                paths = ' or '.join(
-                    dict.fromkeys([p for _, p, _ in found] or [f[1] for f in able])
-                )
-                yield '', {'column': name, **able[0][2][0]}, f'{values[0]:.6g}: {paths}'
+                either = dict.fromkeys([p for _, p, _ in found] or [f[1] for f in able])
+                why = f'{values[0]:.6g}: {" or ".join(either)}'
+                yield '', {'column': name, **able[0][2][0]}, why
 
 
 def _rows(
@@ -54,8 +56,10 @@ def _rows(
     """Yield (times apart, path, entry) for each constant that it may be, and each way."""
     pattern = re.sub('LINK|JOINT', '[^.]+', figure[1])
     for own in robot.constants.values() if robot else ():
-        if own.value and re.fullmatch(pattern, own.path):
+        is_same = units.same_dimension(figure[2][0]['unit'], own.unit)
+        if own.value and is_same and re.fullmatch(pattern, own.path):
             for way in figure[2]:
                 factor = way.get('scale') or units.conversion(way['unit'], own.unit, name)
-                apart = np.exp(abs(np.log(abs(value * factor / own.value))))
+                ratio = abs(value * factor / own.value)
+                apart = max(ratio, 1 / ratio) if ratio else np.inf
                 yield apart, own.path, way | ({'sign': -1} if value * own.value < 0 else {})

@@ -111,9 +111,10 @@ class Units:
     def left_out(self) -> dict[str, str]:
         """Hands whose way nobody knows, and what is to be said of them; not where all are such."""
         columns = {joint: of['position'] for joint, of in self.chosen.joints.items()}
-        hands = {j: w for j, c in columns.items() if (w := self._way(self.roles[c].joint))}
-        found = {j: self._of_hand(j, whole) for j, whole in hands.items()}
-        unknown = {j: f'{columns[j]}: {unit.why}' for j, unit in found.items() if unit.name}
+        ways = {j: self._way(self.roles[c].joint) for j, c in columns.items()}
+        hands = {j: self._of_hand(j, way) for j, way in ways.items() if way}
+        left = [j for j, u in hands.items() if u.name and u == self.of(j, 'position', columns[j])]
+        unknown = {j: f'{columns[j]}: {hands[j].why}' for j in left}
         return unknown if len(unknown) < len(columns) else {}
 
     def _by_speed(self, joint: str, column: str) -> Unit | None:

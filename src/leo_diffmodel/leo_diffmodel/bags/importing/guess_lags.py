@@ -20,7 +20,8 @@ SPAN = 10  # samples of an increment: what an encoder rounds counts less
 PARTS = 4  # of a log, in each of which the same columns must be the later ones
 TOGETHER = 0.5  # correlation of increments from which on they move together in a part
 OTHER = 0.5  # of its spread, what a joint that follows leaves of a goal: more is another motion
-TIED = 0.98  # of the best correlation: one swing later is as good, the least lag counts
+TIED = 0.98  # of the best correlation: as good as it, as one swing later may be
+TINY = np.finfo(float).tiny
 Names = tuple[str, ...]
 
 
@@ -38,17 +39,18 @@ def with_goals(roles: Roles, table: Table) -> Goals:
     is_said = ('position', False) in known and known & {*DRIVEN_BY}
     short = len(next(iter(table.values()))) < 2 * LATEST
     pairs = [] if is_said or short else _pairs(roles)
-    left, a, b = min(((_left(*p, table), *p) for p in pairs), default=(np.inf, (), ()))
-    return _told(dict(roles), a, b, table) if left < OTHER else Goals(dict(roles))
+    alike = [pair for pair in pairs if _left(*pair, table) < OTHER]
+    return _told(dict(roles), *alike[0], table) if len(alike) == 1 else Goals(dict(roles))
 
 
 def _pairs(roles: Roles) -> list[tuple[Names, Names]]:
-    """Return columns and others whose names differ in one word, not both of a known role."""
+    """Return columns and others whose names differ in one word; one is known, where any is."""
     found = defaultdict[tuple[int, str, str], list[tuple[str, str]]](list)
     able = {n: words_of(n) for n, role in roles.items() if role.quantity in ('', 'position')}
+    unknown = 1 if any(roles[name].quantity for name in able) else 2
     for (one, a), (other, b) in combinations(able.items(), 2):
         differ = [k for k, (x, y) in enumerate(zip(a, b, strict=False)) if x != y]
-        is_open = '' in (roles[one].quantity, roles[other].quantity)
+        is_open = [roles[one].quantity, roles[other].quantity].count('') == unknown
         if len(a) == len(b) and len(differ) == 1 and is_open:
             (k,) = differ
             found[k - len(a), a[k], b[k]].append((one, other))
@@ -73,7 +75,7 @@ def _told(roles: dict[str, Role], goals: Names, measured: Names, table: Table) -
     if late or a.is_goal:
         by = f'{late} samples before' if late > 0 else 'and the names say so'
         return Goals(roles, (f'{one} do what {other} do {by}: measured, and commanded',))
-    note = f'{one} and {other} do the same and neither is later: which was commanded?'
+    note = f'{one} and {other} do the same and neither is surely later: which was commanded?'
     return Goals(roles, (note,), goals if b.quantity else (*goals, *measured))
 
 
@@ -84,25 +86,34 @@ def _values(names: Names, table: Table) -> Column:
 def _late(first: Names, second: Names, table: Table) -> int:
     """Return by how many samples the second are later; 0 where parts of the log disagree."""
     values = [_values(names, table) for names in (first, second)]
-    steps = [np.nan_to_num((v[SPAN:] - v[:-SPAN]) / v.std(axis=0)) for v in values]
+    steps = [(v[SPAN:] - v[:-SPAN]) / np.maximum(v.std(axis=0), TINY) for v in values]
     parts = zip(*(np.array_split(each, PARTS) for each in steps), strict=True)
     lags = [lag for x, y in parts if (lag := _lag(x, y)) is not None]
     return int(np.median(lags)) if len({*np.sign(lags)}) == 1 else 0
 
 
 def _lag(x: Column, y: Column) -> int | None:
-    """Return where the correlation has its top, of equal ones the nearest; None without one."""
-    most = min(LATEST, len(x) // 4)
+    """Return where the correlation has its top; None without one, or where a swing later ties."""
     every = sum(correlate(b, a) for a, b in zip(x.T, y.T, strict=True))
-    agree = every[len(x) - 1 - most : len(x) + most] / np.sqrt((x**2).sum() * (y**2).sum())
-    tops = (agree >= np.roll(agree, 1)) & (agree >= np.roll(agree, -1))
-    best = np.flatnonzero(tops & (agree >= max(TOGETHER, TIED * agree.max()))) - most
-    return min(best.tolist(), key=abs, default=None)
+    lags = np.arange(-(len(x) // 2), len(x) // 2 + 1)
+    agree = every[lags + len(x) - 1] / max(np.sqrt((x**2).sum() * (y**2).sum()), TINY)
+    agree /= 1 - np.abs(lags) / len(x)  # as only so much overlaps
+    late = np.abs(lags) <= min(LATEST, len(x) // 4)
+    top = agree[late].max()
+    tied = np.flatnonzero(agree >= TIED * top)
+    if top < TOGETHER or agree[tied[0] : tied[-1] + 1].min() < TOGETHER:
+        return None
+    return int(lags[late][agree[late].argmax()])
 
 
 def _left(first: Names, second: Names, table: Table) -> float:
     """Return what the second leave of the first when they are shifted, of the spread: a median."""
-    x, y = _values(first, table), np.roll(_values(second, table), -_late(first, second, table), 0)
-    moves = x.std(axis=0) > 0
-    left = (x - y)[:, moves].std(axis=0) / x[:, moves].std(axis=0)
-    return float(np.median(left)) if moves.any() else np.inf
+    x, y = _values(first, table), _values(second, table)
+    steps = np.diff([x, y], axis=1)
+    swings = ((steps.max(axis=1) > 0) & (steps.min(axis=1) < 0)).all(axis=0)  # counters do not
+    x, y = x[:, swings], y[:, swings]
+    least = np.hypot(x.mean(axis=0) - y.mean(axis=0), x.std(axis=0) - y.std(axis=0))
+    if not swings.any() or np.median(least / x.std(axis=0)) >= OTHER:
+        return np.inf  # no shift makes it less
+    y = np.roll(y, -_late(first, second, table), 0)
+    return float(np.median(np.sqrt(((x - y) ** 2).mean(axis=0)) / x.std(axis=0)))

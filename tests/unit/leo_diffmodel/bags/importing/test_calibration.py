@@ -85,6 +85,8 @@ def test_degrees_have_the_same_zero_and_the_gripper_is_in_per_cent_still(tmp_pat
     joints = guessed(folder)['joints']
     assert joints['shoulder_pan']['position']['unit'] == 'deg'
     assert joints['gripper']['position']['scale'] == pytest.approx(14 * COUNT, rel=1e-5)
+    said = yaml.safe_load(guess_map(folder, tmp_path / 'no_model.yaml').read_text())
+    assert said['joints']['gripper']['position']['scale'] == pytest.approx(14 * COUNT, rel=1e-5)
 
 
 def test_beyond_the_range_in_degrees_is_per_cent(tmp_path):

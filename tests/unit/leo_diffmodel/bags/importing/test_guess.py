@@ -89,6 +89,12 @@ def test_the_way_of_a_hand_is_no_angle(tmp_path, low, high, whole):
     )
 
 
+def test_a_hand_with_a_unit_in_its_name_is_a_joint(tmp_path):
+    rows = np.column_stack([np.arange(200) / 50, np.linspace(-1, 1, 200), np.linspace(0, 1, 200)])
+    np.savetxt(log := tmp_path / 'log.csv', rows, '%g', ',', header='t,elbow_pos,gripper [rad]')
+    assert guessed(log)['joints']['gripper']['position']['unit'] == 'rad'
+
+
 def test_counts_of_servos_are_no_degrees():
     ends = of_angles([np.array([3000.0, 100.0, 7.0])]).entry
     assert ends == {'scale': 0.00153398, 'offset': -3.14159}

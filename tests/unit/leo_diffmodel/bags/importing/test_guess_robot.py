@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo import --guess --model ROBOT` takes joints, units and the input from the robot."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ import yaml
 
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.importing.guess import guess_map
-from leo_diffmodel.bags.importing.guess_columns import KnownRobot, matched
+from leo_diffmodel.bags.importing.guess_columns import known_robot, KnownRobot, matched
+from leo_diffmodel.bags.importing.guess_constants import constant_lines
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py.errors import UserError
@@ -139,6 +141,16 @@ def test_constants_of_a_head_are_in_the_unit_that_is_near(tmp_path, of):
     assert bag.constants == pytest.approx(weight | motor)
     text = guess_map(log, tmp_path / 'b.yaml').read_text()
     assert 'constants: {?: {column: mass, unit: kg}}' in text and 'links.LINK.mass' in text
+
+
+def test_a_constant_is_told_once_and_in_its_own_dimension():
+    robot, table = load_robot('xl330_pendulum'), {n: np.full(3, 0.6) for n in ('mass', 'payload')}
+    known = known_robot(robot, 'arm')
+    found = [(path, why) for path, _, why in constant_lines(table, known)]
+    assert found == [('links.weight.mass', '0.6'), ('', '0.6: links.weight.mass')]
+    lift = replace(known.constants['links.weight.mass'], path='actuators.lift.stiffness')
+    known = known._replace(constants={lift.path: replace(lift, unit='N/m')})
+    assert [path for path, _, _ in constant_lines({'kp': np.full(3, 0.6)}, known)] == ['']
 
 
 ARM = KnownRobot('arm', ('shoulder_pan', 'shoulder_lift', 'elbow'), frozenset(), {}, 'voltage')
