@@ -188,7 +188,8 @@ class Recorder:
         self.close()
 
     def _missed(self, topic: Topic, publisher: bytes, number: int) -> int:
-        return self._numbers.setdefault((topic.name, publisher), Numbers(number)).missed(number)
+        numbers = self._numbers.setdefault((topic.name, publisher), Numbers(number))
+        return numbers.missed(number) if topic.whole else 0
 
     def _miss(self, messages: int) -> None:
         self.lost += messages

@@ -82,6 +82,11 @@ class Topic(NamedTuple):
     def latched(self) -> bool:
         return LATCHED in self.qos
 
+    @property
+    def whole(self) -> bool:
+        """Whether a reader is owed every message, and not the newest alone."""
+        return not self.latched and 'best_effort' not in self.qos
+
 
 LATCHED = 'transient_local'  # the durability of what late readers get
 _RELIABLE = to_yaml()

@@ -18,7 +18,7 @@ from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recorder import Recorder, TWO
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
+from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES, to_yaml, Topic
 from leo_diffmodel.bags.writer import BagWriter
 from leo_diffmodel.verbs.bag import main
 from leo_msgs_py.cdr import decode, joint_state, uint32
@@ -374,3 +374,13 @@ def test_a_clock_that_is_set_reorders_nothing(jump, tmp_path, recorder):
     assert [len(e.t) for e in found.episodes] == [300, 200]
     q = np.concatenate([e.q[:, 0] for e in found.episodes])
     np.testing.assert_allclose(q, 0.001 * np.arange(500), atol=1e-12)
+
+
+def test_what_a_topic_owes_nobody_is_not_lost(recorder):
+    """A clock sends the newest alone, and an episode's number is there for who comes late."""
+    clock = Topic('/clock', 'rosgraph_msgs/msg/Clock', to_yaml(reliability='best_effort'))
+    for number in (1, 5):
+        recorder.record(clock, b'\0\1\0\0' + bytes(8), number=number)
+        recorder.record(EPISODE, uint32(number), number=number)
+        recorder.record(STATES, state(number * PERIOD), number=number)
+    assert recorder.lost == 3
