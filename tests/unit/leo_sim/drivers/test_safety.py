@@ -35,7 +35,7 @@ def test_output_stays_inside_limits_and_slew(commands, slew):
         before = output
 
 
-@given(finite, finite)
+@given(small, small)
 def test_a_command_is_cut_to_its_bounds(first, second):
     for safety, bounds in (Safety(LIMITS), ((-7.4, -3.0), LIMITS)), (GoalSafety(GOALS), GOALS):
         safety.accept((first, second), 1.0)
