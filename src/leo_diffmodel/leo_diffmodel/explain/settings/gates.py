@@ -76,9 +76,9 @@ class Gates:
     alone."""
     several: int = 3
     """Motors of a robot, from which on losses that most joints have are usual there: they stay in
-    every set. Set on the TX40. From as many on, rounds know viscous and dry friction alone in
-    short windows, and an effect must save more than a trifle there: set on arm payload 986002 and
-    SAPC's main study; of one joint the XL330, DFKI and the free pendulum were worse for it."""
+    every set while most need them. Set on the TX40. From as many on, rounds know viscous and dry
+    friction alone in short windows, and an effect must save more than a trifle: set on payload
+    986002, SAPC's main study; of one joint XL330, DFKI and the free pendulum were worse for it."""
     least_floors: float = 1.0
     """What an effect must change the prediction by there, all others refitted [noise floors]: the
     size below which `leo blind --small` draws its small differences."""

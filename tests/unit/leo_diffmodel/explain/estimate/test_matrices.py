@@ -9,7 +9,7 @@ from tests.searched import searched
 from tests.simulate import DT, record
 
 from leo_diffmodel.explain.estimate.background import background
-from leo_diffmodel.explain.estimate.choice import choose, Price
+from leo_diffmodel.explain.estimate.choice import choose, Price, rivals
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import linear_part
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
@@ -76,6 +76,7 @@ def test_nothing_is_named_where_nothing_is_missing():
 def test_every_other_candidate_has_a_scan(rubbing):
     scanned = {s.candidate.label for s in rubbing.scans}
     assert {'joint_spring:elbow', 'backlash:shoulder', 'link_mass:upper'} <= scanned
+    assert {'joint_spring:all', 'actuator_lag:all'} <= scanned
     worth = {s.candidate: s.gain for s in rubbing.scans}
     assert max(worth.values()) < 3 * rubbing.threshold
 
@@ -135,6 +136,12 @@ def test_what_is_kept_is_in_every_choice(linear):
     problem, _, made = linear
     dear = made, Price(1e9, 0.0), problem.numerics
     assert choose(*dear) == [] and choose(*dear, lambda _: True) == [*made.members]
+
+
+def test_two_effects_may_be_near_in_the_place_of_one(linear):
+    _, _, made = linear
+    near = rivals(made, Price(20.0, 5.0), SETTINGS, 15.0)
+    assert any(len({*terms} - {*made.members}) == 2 for terms in near)
 
 
 def test_one_cause_of_what_losses_at_all_joints_do_is_chosen_beside_them():

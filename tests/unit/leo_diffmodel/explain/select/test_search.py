@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 from tests.searched import among, searched
-from tests.simulate import DT, PENDULUM, record, rounded, TORQUE
+from tests.simulate import PENDULUM, record, rounded, TORQUE
 
 from leo_diffmodel.compare.windows import every
 from leo_diffmodel.explain.estimate.fit import fit
@@ -27,7 +27,7 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
-SEEDS, SO101 = range(20, 25), load_robot('so101')
+SEEDS = range(20, 25)
 TWO = (
     place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
     place(TORQUE, 'command_delay', 'pivot', delay=0.02),
@@ -271,27 +271,3 @@ def test_a_search_hears_how_much_is_to_come(monkeypatch):
     search(data, model, pose(data, [], model), SETTINGS, progress=told)
     scans, fits = told.clock.paces['scan'], told.clock.paces['fit']
     assert scans.done >= 2 and fits.done > 2 and scans.seconds > 0 and fits.seconds > 0
-
-
-def goals(seconds: float, seed: int) -> np.ndarray:
-    """Sums of slow sines, [rad], shape (N, 6)."""
-    t, rng = DT * np.arange(round(seconds / DT))[:, None, None], np.random.default_rng(seed)
-    shape = (1, len(SO101.joint_names), 4)
-    size, rate, phase = (rng.uniform(*r, shape) for r in ((0.1, 0.35), (0.05, 0.5), (0, 6.28)))
-    return np.asarray((size * np.sin(2 * np.pi * rate * t + phase)).sum(axis=-1))
-
-
-def test_a_weak_supply_and_a_wrong_zero_of_an_arm_are_no_losses_at_its_joints(monkeypatch):
-    """A servo arm moves alike with losses and loads times 1 / k, or a supply times k."""
-    truth = [
-        place(SO101, 'voltage_scale', 'all', k=0.6),
-        place(SO101, 'encoder_offset', 'shoulder_lift', o=0.1),
-    ]
-    laws = ('viscous_friction', 'coulomb_friction', 'voltage_scale', 'encoder_offset')
-    among(monkeypatch, Model(SO101), *laws)
-    data = record(SO101, *truth, seconds=6, noise=(4e-4, 0.02), inputs=goals(6, 3))
-    found = searched([data], Model(SO101))
-    values = {c.label: found.final.own(c)[0] for c in found.final.hypothesis.candidates}
-    assert {*values} == {'voltage_scale:all', 'encoder_offset:shoulder_lift'}
-    assert abs(values['voltage_scale:all'] - 0.6) < 0.02
-    assert abs(values['encoder_offset:shoulder_lift'] - 0.1) < 0.01

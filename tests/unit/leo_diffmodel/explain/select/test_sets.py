@@ -61,6 +61,16 @@ def test_the_smallest_set_is_chosen_that_no_larger_one_beats(sets, right):
         assert names(chosen(order, PLAIN, LIMIT)) == right
 
 
+def test_fewer_effects_of_more_parameters_are_no_simpler_answer():
+    none, one, *others = left(none=800, c=400, a=600, b=600, a_b=392)
+    assert names(chosen([none, one, *others], PLAIN, LIMIT)) == {'coulomb_friction'}
+    (law,) = one.names
+    wider = Hypothesis((replace(law, parameters=3 * law.parameters),))
+    of_three = replace(one, at=one.at._replace(fit=replace(one.fit, hypothesis=wider)))
+    best = chosen([none, of_three, *others], PLAIN, LIMIT)
+    assert names(best) == {'armature', 'bias_torque'}
+
+
 def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
     """Sets of five effects, each a random column; two of them alike and of opposite sign."""
     rng = np.random.default_rng(seed)
