@@ -171,6 +171,7 @@ class Explanation:
     json: dict[str, Any] = field(repr=False, compare=False)  # the contents of explain.json
     complete: bool = True  # False where the time was over before the search was
     edit_test: dict[str, Any] | None = None  # None without bags of a changed robot
+    not_sure: tuple[NamedEffect, ...] = ()  # fitted beside the effects that a `partly` is sure of
 
     __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
 

@@ -49,8 +49,9 @@ def from_data(
         raise UserError(
             f'{source} names no effect (verdict {data["verdict"]}): nothing to add{hint}'
         )
-    require((_file_or_name(row) for row in whole['effects']), source)
-    placed = [_placed(model, row) for row in whole['effects']]
+    found = found_rows(whole)
+    require(map(_file_or_name, found), source)
+    placed = [_placed(model, row) for row in found]
     refitted = {k: c for k, c in whole['constants'].items() if k in model.constants or not sibling}
     moved = {'moved_from': robot} if robot != model.robot.name else {}
     entries = [entry | moved for entry in history(data)]
@@ -129,10 +130,15 @@ def _refitted(model: Model, source: str | Path, given: Mapping[str, dict[str, An
     return model.changed(constants=shared, by_recording=by_recording)
 
 
+def found_rows(answer: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """All effects that an explain.json has fitted together, sure or not."""
+    return [*answer['effects'], *answer.get('not_sure', [])]
+
+
 def history(explanation: dict) -> list[dict]:
     """History entries of an explain.json: what was added, from which bags, with which result."""
     origin = explanation['provenance']
-    added = [(f'{row["name"]}:{row["where"]}', row) for row in explanation['effects']]
+    added = [(f'{row["name"]}:{row["where"]}', row) for row in found_rows(explanation)]
     unknown = explanation.get('unknown') or {}
     if 'model' in unknown:
         added.append((f'{unknown["source"]}:{unknown["joint"]}', unknown))
@@ -246,6 +252,7 @@ class _Provenance(BaseModel):
 class _ExplanationFile(BaseModel):
     verdict: str
     effects: list[_Effect]
+    not_sure: list[_Effect] = []
     constants: dict[str, _Constant]
     provenance: _Provenance
     not_testable: list[_Place]

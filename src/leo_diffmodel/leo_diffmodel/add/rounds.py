@@ -21,7 +21,7 @@ def rounds(ask: Ask, model: Model, within: float) -> list[Explanation]:
     """
     until = time.monotonic() + within
     found = [ask(model, within)]
-    while found[-1].verdict == 'partly' and len(found) < MOST_ROUNDS:
+    while found[-1].verdict == 'partly' and not found[-1].not_sure and len(found) < MOST_ROUNDS:
         left = until - time.monotonic()
         if left < LEAST_SECONDS:
             break
@@ -44,6 +44,7 @@ def merged(found: Sequence[Explanation]) -> Explanation:
         rules=last.rules,
         told=tuple(said for each in found for said in each.told),
         effects=[row for each in found for row in each.effects],
+        not_sure=last.not_sure,
         constants={path: c for each in found for path, c in each.constants.items()},
         shown_for={joint: s for each in found for joint, s in each.shown_for.items()},
         next_run=last.next_run,

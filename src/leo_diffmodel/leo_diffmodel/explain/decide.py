@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From findings to a verdict, by named rules: which of them fired, and by what number."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from leo_diffmodel.explain.estimate.fitted import Fit, in_words, Rest
@@ -40,26 +40,31 @@ class Decision:
     """The verdict; `doubts` speak against it, `notes` say what else the effects could be, too."""
 
     verdict: str
-    named: tuple[Named, ...]
+    named: tuple[Named, ...]  # sure or not; of those that are, `partly` is sure
     doubts: tuple[str, ...]
     notes: tuple[str, ...]
     rules: tuple[Rule, ...]  # those of the verdict, up to the one that fired, before the others
 
+    @property
+    def beside(self) -> list[str]:
+        """Labels of those that are not sure, beside what a `partly` is sure of."""
+        return [n.label for n in self.named if not n.sure and self.verdict == 'partly']
+
 
 def decision(findings: Findings) -> Decision:
     """The verdict, and what speaks against it."""
-    of_effects = [[*effect_rules(findings, part)] for part in findings.effects]
-    named = tuple(
-        _named(findings, part, rules)
-        for part, rules in zip(findings.effects, of_effects, strict=True)
-    )
-    whole, more = [*answer_rules(findings)], also_chosen(findings)
+    parts = findings.effects
+    own = [(part, [*effect_rules(findings, part)]) for part in parts]
+    in_doubt = [part for part, rules in own if not _named(findings, part, rules).sure]
+    of_effects = [[*rules, *moved_rules(findings, part, in_doubt)] for part, rules in own]
+    named = tuple(_named(findings, p, rules) for p, rules in zip(parts, of_effects, strict=True))
+    whole, more = [*answer_rules(findings, named)], also_chosen(findings)
     doubts, law = said(whole), findings.unknown is not None
     cut_short = not findings.search.complete
     verdict, decisive = decide(named, findings.rest, law, doubts, bool(more), cut_short)
     pair = pair_note((part.candidate for part in findings.effects), findings.facts)
-    rules = (*decisive, *(rule for each in of_effects for rule in each), *whole)
-    return Decision(verdict, named, doubts, tuple(filter(None, [more, pair])), rules)
+    fired = (*decisive, *(rule for each in of_effects for rule in each), *whole)
+    return Decision(verdict, named, doubts, tuple(filter(None, [more, pair])), fired)
 
 
 def decide(
@@ -72,18 +77,20 @@ def decide(
 ) -> tuple[str, list[Rule]]:
     """The verdict, and its rules up to the first that fired.
 
+    `doubts` speak against the sure ones of what is named, or against the fit as a whole;
     `unknown`: a law that is no known effect explains more; `more`: further effects are chosen too
     often for the named ones to be all; `cut_short`: nothing is known of what was not tried.
     """
     sure = sum(n.sure for n in named)
-    open_points = len(doubts) + len(named) - sure
     tried: list[Rule] = []
     for verdict, name, fired, number in (
         ('ambiguous', 'out of time', cut_short, None),
         ('unknown', 'law, none sure', unknown and not sure, sure),
         ('unknown', 'rest, none sure', rest.matters and not sure, rest.share),
         ('fine', 'no effect', not named, len(named)),
-        ('ambiguous', 'open points', open_points > 0, open_points),
+        ('ambiguous', 'none sure', not sure, sure),
+        ('ambiguous', 'in doubt', bool(doubts), len(doubts)),
+        ('partly', 'others not sure', sure < len(named), len(named) - sure),
         ('partly', 'no known law', unknown, None),
         ('partly', 'rest matters', rest.matters, rest.share),
         ('partly', 'more effects', more, None),
@@ -112,7 +119,7 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     doubt = 'at the limit of what is plausible'
     yield Rule('value at its limit', bool(limited), value, None, label, doubt)
     if findings.unknown and findings.unknown.fit:
-        yield _moved_by(findings.unknown.fit, part)
+        yield _moved(findings.unknown.fit, part, 'beside the unknown law')
     stable, doubt = findings.gates.stable, f'chosen in {part.share:.0%} of the held-out turns'
     yield Rule('chosen too seldom', part.share < stable, part.share, stable, label, doubt)
     if findings.floors:
@@ -122,19 +129,29 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     margin, behind = findings.gates.margin_nats, [r.behind for r in part.rivals if not r.same]
     close = min(behind, default=None)
     yield Rule('a rival is near', bool(part.close(margin)), close, margin, label)
+    yield from _disagreements(findings, part)
 
 
-def _moved_by(law: Fit, part: Part) -> Rule:
-    """Whether a parameter that scales an effect is another where a law is fitted beside it."""
-    index = law.hypothesis.candidates.index(part.candidate)
-    first, beside = (f.hypothesis.offset(i) for f, i in ((part.fit, part.index), (law, index)))
+def moved_rules(findings: Findings, part: Part, in_doubt: Sequence[Part]) -> Iterator[Rule]:
+    """Whether an effect has the same value without those in doubt, and beside their rivals."""
+    for other in (p for p in in_doubt if p is not part):
+        yield _moved(other.without, part, f'without {other.candidate.label}')
+        for rival in other.close(findings.gates.margin_nats):
+            if part.candidate in rival.fit.hypothesis.candidates:
+                yield _moved(rival.fit, part, f'beside {rival.candidate.label}')
+
+
+def _moved(by: Fit, part: Part, where: str) -> Rule:
+    """Whether a parameter that scales an effect is another in another fit."""
+    index = by.hypothesis.candidates.index(part.candidate)
+    first, beside = (f.hypothesis.offset(i) for f, i in ((part.fit, part.index), (by, index)))
     apart = [0.0]
     for i in amplitude_indices(part.candidate.parameters):
-        ends = zip(part.fit.ci95(first + i), law.ci95(beside + i), strict=True)
+        ends = zip(part.fit.ci95(first + i), by.ci95(beside + i), strict=True)
         (low, of_low), (high, of_high) = ends
         apart.append(max(low - of_high, of_low - high))
-    doubt = 'whose value is another beside the unknown law'
-    return Rule('moved by a law', max(apart) > 0, max(apart), 0.0, part.candidate.label, doubt)
+    doubt = f'whose value is another {where}'
+    return Rule(f'moved {where}', max(apart) > 0, max(apart), 0.0, part.candidate.label, doubt)
 
 
 def instead(findings: Findings, part: Part) -> list[str]:
@@ -156,16 +173,17 @@ def also_chosen(findings: Findings) -> str:
     return f'beside them the held-out turns choose {shares}'
 
 
-def answer_rules(findings: Findings) -> Iterator[Rule]:
-    """What keeps the whole answer from being sure."""
+def answer_rules(findings: Findings, named: Sequence[Named]) -> Iterator[Rule]:
+    """What keeps the whole answer from being sure, or the sure ones together where some are."""
     yield from _limits(findings)
-    kept, stable = findings.choices.kept, findings.gates.stable
-    doubt = f'this set is chosen in {kept:.0%} of the held-out turns'
+    held = {n.label for n in named if n.sure} or {n.label for n in named}
+    kept, stable = findings.choices.kept(held), findings.gates.stable
+    what = 'this set is' if len(held) == len(named) else f'{listed(sorted(held))} are'
+    doubt = f'{what} chosen in {kept:.0%} of the held-out turns'
     yield Rule('set chosen too seldom', kept < stable, kept, stable, '', doubt)
-    yield from _disagreements(findings)
     less, smaller = 'would leave less unexplained', 'has a smaller held-out error'
-    yield _beaten('another set leaves less', findings.other, less)
-    yield _beaten('another set errs less', findings.refuted, smaller)
+    yield _beaten('another set leaves less', findings.other, held, less)
+    yield _beaten('another set errs less', findings.refuted, held, smaller)
     if certificate := findings.final.certificate:
         starts, least = certificate.starts, certificate.decrement
         several = f'{starts} starts of the fit end at different values'
@@ -176,8 +194,9 @@ def answer_rules(findings: Findings) -> Iterator[Rule]:
     yield Rule('not all was tried', bool(untried), len(untried), 0, '', doubt)
 
 
-def _beaten(name: str, other: Contender | None, how: str) -> Rule:
-    if other is None:
+def _beaten(name: str, other: Contender | None, held: Collection[str], how: str) -> Rule:
+    """Whether another set speaks against those held: it does without one of them."""
+    if other is None or not set(other.lacks) & set(held):
         return Rule(name, False)
     return Rule(name, True, other.by, None, other.label, f'{other.label} {how}')
 
@@ -191,29 +210,27 @@ def _limits(findings: Findings) -> Iterator[Rule]:
         yield Rule('constant at its limit', not inside, float(theta[i]), None, c.label, doubt)
 
 
-def _disagreements(findings: Findings) -> Iterator[Rule]:
-    """Effects of which two recordings ask for values that exclude each other.
+def _disagreements(findings: Findings, part: Part) -> Iterator[Rule]:
+    """Whether two recordings ask for values of an effect that exclude each other.
 
     They differ by more than `disagree` of the joint value as well: on a real robot
     everything differs a little.
     """
-    for part, values in zip(findings.effects, findings.by_recording, strict=True):
-        first = part.fit.hypothesis.offset(part.index)
-        for i, of_bags in values.items():
-            parameter, value = part.candidate.parameters[i - first], float(part.fit.theta[i])
-            if not of_bags:
-                continue
-            low = min(of_bags, key=lambda v: v.value + v.half)
-            high = max(of_bags, key=lambda v: v.value - v.half)
-            apart, label = high.value - low.value, part.candidate.label
-            exclude = low.value + low.half < high.value - high.half
-            limit = findings.gates.disagree * abs(value - parameter.neutral)
-            doubt = (
-                f'the bags disagree about {label}: {parameter.name} is '
-                f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '
-                '--each explains them one by one'
-            )
-            yield Rule('bags disagree', exclude and apart > limit, apart, limit, label, doubt)
+    first, label = part.fit.hypothesis.offset(part.index), part.candidate.label
+    for i, of_bags in findings.by_recording[part.index].items():
+        parameter, value = part.candidate.parameters[i - first], float(part.fit.theta[i])
+        if not of_bags:
+            continue
+        low = min(of_bags, key=lambda v: v.value + v.half)
+        high = max(of_bags, key=lambda v: v.value - v.half)
+        apart = high.value - low.value
+        exclude = low.value + low.half < high.value - high.half
+        limit = findings.gates.disagree * abs(value - parameter.neutral)
+        doubt = (
+            f'about which the bags disagree: {parameter.name} is {low.value:.3g} in {low.bag} '
+            f'and {high.value:.3g} in {high.bag}; --each explains them one by one'
+        )
+        yield Rule('bags disagree', exclude and apart > limit, apart, limit, label, doubt)
 
 
 def _named(findings: Findings, part: Part, rules: Sequence[Rule]) -> Named:

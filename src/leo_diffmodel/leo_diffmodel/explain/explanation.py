@@ -44,6 +44,7 @@ class Explanation:
     told: tuple[Told, ...]  # the answer in words, once for each round
     model: Model = field(repr=False)  # repaired; as given where nothing was named
     effects: list[dict] = field(default_factory=list)
+    not_sure: list[dict] = field(default_factory=list)  # beside those a `partly` is sure of
     constants: dict[str, dict] = field(default_factory=dict)
     hypotheses: list[dict] = field(default_factory=list)
     not_testable: list[dict] = field(default_factory=list)
@@ -68,6 +69,11 @@ class Explanation:
     @property
     def sentence(self) -> str:
         return ' Then: '.join(map(str, self.told))
+
+    @property
+    def found(self) -> list[dict]:
+        """All effects that were fitted together."""
+        return [*self.effects, *self.not_sure]
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
@@ -184,7 +190,8 @@ def _searched(reading: Reading, found: Search, step: float | None) -> Explanatio
     asked, model, data, cut = reading.asked, reading.asked.model, reading.recordings, reading.cut
     step, own = errors.step_seconds(data, step), own_constants(model, cut.hold_out)
     findings = collect(data, model, found, reading.facts, step, own, asked.progress)
-    decided, row = decision(findings), rows(findings)
+    decided = decision(findings)
+    row = rows(findings, decided.beside)
     left_out = [] if cut.mostly else cut.notes
     said = answer(findings, decided, [*left_out, *_step_note(model, found.problem.base)])
     able, why = seen(model, data, asked.extra), 'no speed was measured'

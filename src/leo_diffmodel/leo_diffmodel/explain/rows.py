@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rows of explain.json, read off the findings: names, units and figures."""
 
+from collections.abc import Collection
 from typing import Any
 
 from leo_diffmodel.compare.headline import Figures
@@ -9,11 +10,17 @@ from leo_diffmodel.explain.findings.findings import Findings, Part
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 
 
-def rows(findings: Findings) -> dict[str, Any]:
-    """The fields of explain.json that say what was found, by their names."""
+def rows(findings: Findings, unsure: Collection[str]) -> dict[str, Any]:
+    """The fields of explain.json that say what was found, by their names.
+
+    `unsure`: labels of the effects beside those that a `partly` is sure of.
+    """
     certificate, sets = findings.final.certificate, findings.choices.sets
+    apart = [part.candidate.label in unsure for part in findings.effects]
+    found = [*zip(apart, (_row(findings, part) for part in findings.effects), strict=True)]
     return {
-        'effects': [_row(findings, part) for part in findings.effects],
+        'effects': [row for beside, row in found if not beside],
+        'not_sure': [row for beside, row in found if beside],
         'constants': constant_rows(findings.final),
         'hypotheses': _hypotheses(findings),
         'not_testable': _not_testable(findings),

@@ -51,13 +51,16 @@ def told(
 
     `change` of the held-out error, the `unknown` law and the `rest` that is left are in words.
     """
-    said = Told(ABOUT[verdict], tuple(map(_describe, named)), change, tuple(notes))
+    sure = tuple(n for n in named if n.sure or verdict != 'partly')
+    said = Told(ABOUT[verdict], tuple(map(_describe, sure)), change, tuple(notes))
     if cut_short:
         return replace(said, about=CUT_SHORT)
     if not named:
         return replace(said, change=unknown or change)
     law = f'The rest is no known effect: {unknown}'.removesuffix(': ')
-    left = [rest, law if unknown or verdict == 'unknown' else '']
+    unsure = '; '.join(str(_describe(n)) for n in named if n not in sure)
+    open_ = f'Beside them, not sure: {unsure}' if unsure else ''
+    left = [open_, rest, law if unknown or verdict == 'unknown' else '']
     about = PART if verdict == 'unknown' else said.about
     return replace(said, about=about, more=tuple(f'{words}.' for words in left if words))
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.add.patch import found_rows
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import evenly
@@ -51,16 +52,16 @@ def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     Effects that are the same in any run are no open question. Effects that are the same only as
     long as the motors are never free are one where there is no other.
     """
-    margin = SETTINGS.gates.margin_nats
+    margin, rows = SETTINGS.gates.margin_nats, found_rows(answer)
     close = [
         [c for c in row['confusable_with'] if c['separable_nats'] < margin]
         + _in_its_place(row, answer)
-        for row in answer['effects']
+        for row in rows
     ]
     truly = [[c for c in rivals if not c.get('same_thing')] for rivals in close]
     if any(truly):
-        return _asked(answer['effects'], truly, facts)
-    return _asked(answer['effects'], close, replace(facts, ever_free=True))
+        return _asked(rows, truly, facts)
+    return _asked(rows, close, replace(facts, ever_free=True))
 
 
 def _in_its_place(row: dict, answer: dict[str, Any]) -> list[dict]:
@@ -68,7 +69,7 @@ def _in_its_place(row: dict, answer: dict[str, Any]) -> list[dict]:
     turns, gates = answer.get('stability', []), answer.get('settings', {})
     if row.get('inclusion_probability', 1.0) >= gates.get('stable', 0.0):
         return []
-    named = {_label(r) for r in answer['effects']}
+    named = {_label(r) for r in found_rows(answer)}
     known = {_label(c) for c in row['confusable_with']}
     often = (t for t in turns if t['share'] > 0.5 * (1.0 - gates['stable']))
     chosen = (e for t in often if _label(row) not in t['effects'] for e in t['effects'])

@@ -85,14 +85,14 @@ def _evidence(explanation: Explanation) -> list[Section]:
         *(moving.section(s, model.robot, where.title(s, model, recordings)) for s in worst[:1]),
         missing.section(measured, model.robot, curves),
         hypotheses.section(
-            explanation.effects,
+            explanation.found,
             explanation.hypotheses,
             explanation.constants,
             found.threshold,
             Headline(errors['statistic'], errors['ladder'][0]['seconds']).short,
             found.problem.gates,
         ),
-        decided.stability(explanation.stability, explanation.effects, explanation.settings),
+        decided.stability(explanation.stability, explanation.found, explanation.settings),
         horizon.held_out(errors, bool(explanation.effects), training),
         health.section(found, errors),
     ]

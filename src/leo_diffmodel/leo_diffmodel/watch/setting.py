@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from leo_diffmodel.add.patch import from_data, from_words
+from leo_diffmodel.add.patch import found_rows, from_data, from_words
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.watch.scene import Scene
 from leo_msgs_py.errors import UserError
@@ -71,7 +71,7 @@ class Answer(NamedTuple):
         """An explain.json's contents; effects that have no switch here are left out."""
         data = json.loads(json.dumps(explanation))
         on = {}
-        for row in data['effects']:
+        for row in found_rows(data):
             if (label := f'{row["name"]}:{row["where"]}') in scene.candidates:
                 on[label] = {name: p['value'] for name, p in row['parameters'].items()}
         return cls(data, Setting(on, refitted=bool(on)))

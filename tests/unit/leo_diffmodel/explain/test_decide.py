@@ -14,12 +14,13 @@ from leo_diffmodel.explain.decide import (
     decide,
     effect_rules,
     instead,
+    moved_rules,
     Named,
     said,
 )
 from leo_diffmodel.explain.estimate.fitted import Certificate, Fit, Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.findings.findings import Choices, Contender, Part, RecordingValue
+from leo_diffmodel.explain.findings.findings import Choices, Contender, Part, RecordingValue, Rival
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.sentence import told
@@ -34,6 +35,7 @@ WEAK = Named('armature:pivot', 'J = 1 kg m2', doubt='chosen in 60% of the held-o
 POOL = {c.effect.name: c for c in candidates(Model(PENDULUM))}
 CHOSEN = tuple(POOL[n] for n in ('coulomb_friction', 'bias_torque', 'torque_scale'))
 LABELS = tuple(c.label for c in CHOSEN)
+SURE_TWO = [Named(label, '') for label in LABELS[1:]]
 WHOLE = ['this set is chosen in 70% of the held-out turns']
 
 
@@ -103,13 +105,14 @@ def test_a_weak_spring_with_a_far_rest_leaves_a_constant_torque_its_name():
         ([ONE], 1.0, 0.0, 'partly', {'more': True}),
         ([OPEN], 1.1, 0.01, 'ambiguous', {}),
         ([WEAK], 1.1, 0.01, 'ambiguous', {}),
-        ([ONE, WEAK], 3.0, 0.6, 'ambiguous', {}),
+        ([ONE, WEAK], 3.0, 0.6, 'partly', {}),
+        ([ONE, WEAK], 1.0, 0.0, 'ambiguous', {'doubts': WHOLE}),
         ([OPEN], 3.0, 0.6, 'unknown', {}),
         ([ONE], 1.1, 0.01, 'ambiguous', {'doubts': WHOLE}),
         ([], 1.1, 0.01, 'fine', {'doubts': WHOLE}),
         ([], 1.0, 0.0, 'unknown', {'unknown': True}),
         ([ONE], 1.0, 0.0, 'partly', {'unknown': True}),
-        ([ONE, WEAK], 1.0, 0.0, 'ambiguous', {'unknown': True}),
+        ([ONE, WEAK], 1.0, 0.0, 'partly', {'unknown': True}),
         ([OPEN], 1.0, 0.0, 'unknown', {'unknown': True}),
         ([], 1.0, 0.0, 'ambiguous', {'cut_short': True}),
         ([ONE], 1.0, 0.0, 'ambiguous', {'cut_short': True}),
@@ -122,6 +125,14 @@ def test_how_a_verdict_is_reached(named, ratio, share, verdict, more):
     reached, rules = decide(named, rest, **{'unknown': False, **more})
     assert reached == verdict and rules[-1].name.startswith(verdict)
     assert [rule.fired for rule in rules] == [False] * (len(rules) - 1) + [True]
+
+
+def test_what_is_not_sure_stands_beside_what_is():
+    words = told('partly', [ONE, WEAK], 'error 2 -> 1 rad', rest='60 % is something else')
+    assert [thing.name for thing in words.things] == [ONE.label]
+    assert words.more[0] == (
+        'Beside them, not sure: armature:pivot (J = 1 kg m2), chosen in 60% of the held-out turns.'
+    )
 
 
 @pytest.mark.parametrize('verdict', ['named', 'partly', 'ambiguous'])
@@ -175,14 +186,24 @@ def test_on_the_ground_what_acts_in_some_steady_windows_matters(
     assert matters or rest.ratio == pytest.approx(1.0, abs=0.2)
 
 
+def fitted(names, by=0.1):
+    """A fit of effects, each so far from neutral and known to 0.001."""
+    hypothesis, none = Hypothesis(tuple(names)), np.zeros((0, 0))
+    theta = hypothesis.neutral + by
+    known = np.zeros((len(theta), 2))
+    return Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), known, none, none, none, none)
+
+
+def less(one, by=0.1):
+    return fitted([c for c in CHOSEN if c != one], by)
+
+
 def findings(share=1.0, floors=(), by_recording=({}, {}, {}), **of_choices):
     """Three effects a little away from neutral, each in this share of the resamples."""
-    hypothesis, none = Hypothesis(CHOSEN), np.zeros((0, 0))
-    theta = hypothesis.neutral + 0.1
-    known = np.zeros((len(theta), 2))
-    fit = Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), known, none, none, none, none)
-    parts = tuple(Part(c, fit, (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
-    choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'more': ()}
+    fit = fitted(CHOSEN)
+    parts = tuple(Part(c, fit, less(c), (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
+    holds = (frozenset(LABELS),) * 10
+    choices = {'holds': holds, 'sets': ((LABELS, share),), 'instead': (), 'more': ()}
     return SimpleNamespace(
         gates=SETTINGS.gates,
         numerics=SETTINGS.numerics,
@@ -200,7 +221,8 @@ def findings(share=1.0, floors=(), by_recording=({}, {}, {}), **of_choices):
 
 def doubts(made, part=None):
     """What is said against an effect, or against the whole answer."""
-    return [*said(effect_rules(made, part) if part else answer_rules(made))]
+    named = [Named(label, '') for label in LABELS]
+    return [*said(effect_rules(made, part) if part else answer_rules(made, named))]
 
 
 def test_what_all_resamples_hold_is_sure():
@@ -249,9 +271,12 @@ def test_a_constant_at_the_end_of_its_range_is_said(value, said):
 
 def test_what_too_few_resamples_hold_is_not_and_what_they_choose_instead_is_said():
     others = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
-    made = findings(0.7, instead=others)
+    holds = (frozenset(LABELS),) * 7 + (frozenset(LABELS[1:]),) * 3
+    made = findings(0.7, instead=others, holds=holds)
     assert doubts(made, made.effects[0]) == ['chosen in 70% of the held-out turns']
     assert doubts(made) == ['this set is chosen in 70% of the held-out turns']
+    (rule,) = [r for r in answer_rules(made, [WEAK, *SURE_TWO]) if r.name.startswith('set chosen')]
+    assert rule.number == 1.0 and not rule.fired
     assert instead(made, made.effects[0]) == ['armature:pivot']
     sure = findings(instead=others)
     assert instead(sure, sure.effects[0]) == []
@@ -274,9 +299,10 @@ def test_effects_below_the_noise_floor_are_small():
 def test_recordings_that_exclude_each_other_disagree(other, agree):
     first = Hypothesis(CHOSEN).offset(1)
     values = {first: [RecordingValue('run_1', 0.1, 0.001), RecordingValue('run_2', other, 0.001)]}
-    told = doubts(findings(by_recording=({}, values, {})))
-    assert bool(told) is not agree
-    assert all('bias_torque:pivot: t is 0.1 in run_1 and 0.25 in run_2' in each for each in told)
+    made = findings(by_recording=({}, values, {}))
+    told = doubts(made, made.effects[1])
+    assert bool(told) is not agree and not doubts(made, made.effects[0])
+    assert all('disagree: t is 0.1 in run_1 and 0.25 in run_2' in each for each in told)
 
 
 def test_what_there_was_no_time_for_is_said():
@@ -297,6 +323,21 @@ def test_what_has_not_converged_is_never_sure(starts, said):
 
 def test_sets_that_speak_against_the_choice_are_said():
     made = findings()
-    made.other, made.refuted = Contender('armature:pivot', 30.0), Contender('x:pivot', 0.2)
-    less = 'armature:pivot would leave less unexplained'
-    assert doubts(made) == [less, 'x:pivot has a smaller held-out error']
+    made.other = Contender('armature:pivot', 30.0, LABELS)
+    made.refuted = Contender('x:pivot', 0.2, LABELS[:1])
+    leaves_less = 'armature:pivot would leave less unexplained'
+    assert doubts(made) == [leaves_less, 'x:pivot has a smaller held-out error']
+    # it has what is sure as well
+    assert [*said(answer_rules(made, [WEAK, *SURE_TWO]))] == [leaves_less]
+
+
+@pytest.mark.parametrize(('by', 'sure'), [(0.1, True), (0.12, False)])
+def test_what_is_sure_has_the_same_value_without_what_is_not(by, sure):
+    made = findings(floors=(22.0, 1.1, 0.3))
+    weak = replace(made.effects[2], without=less(CHOSEN[2], by))
+    rules = [*moved_rules(made, made.effects[0], [weak])]
+    assert [rule.fired for rule in rules] == [not sure]
+    rival = Rival(POOL['armature'], fitted([*CHOSEN[:2], POOL['armature']], by), 1.0, None)
+    near = replace(made.effects[2], rivals=(rival,))
+    told = [*said(moved_rules(made, made.effects[0], [near]))]
+    assert told == ([] if sure else ['whose value is another beside armature:pivot'])

@@ -15,7 +15,7 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, widens
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names, supported
-from leo_diffmodel.explain.select.stable import has, share
+from leo_diffmodel.explain.select.stable import has
 
 Array = np.ndarray
 
@@ -26,9 +26,11 @@ def choices(found: Search, facts: Facts) -> Choices:
     drawn = (c for names in resamples for c in names)
     others = [c for c in drawn if not any(facts.alike(c, d) for d in chosen)]
     more = [c for c in others if not any(widens(c, d) or widens(d, c) for d in chosen)]
-    kept, counts = share(resamples, chosen, facts.alike), len(resamples)
-    instead, wide = (_counted(candidates, counts) for candidates in (others, more))
-    return Choices(kept, _sets(found, facts), instead, wide)
+    instead, wide = (_counted(candidates, len(resamples)) for candidates in (others, more))
+    holds = (
+        frozenset(c.label for c in chosen if has(names, c, facts.alike)) for names in resamples
+    )
+    return Choices(tuple(holds), _sets(found, facts), instead, wide)
 
 
 def _sets(found: Search, facts: Facts) -> tuple[tuple[tuple[str, ...], float], ...]:
@@ -67,7 +69,7 @@ def other(found: Search, facts: Facts) -> Contender | None:
     if not near:
         return None
     best = min(near, key=weight.unexplained)
-    return Contender(_label(best), weight.unexplained(chosen) - weight.unexplained(best))
+    return _contender(best, weight.unexplained(chosen) - weight.unexplained(best), found, facts)
 
 
 def _comparable(found: Search, rival: Scored, facts: Facts) -> bool:
@@ -104,7 +106,7 @@ def refuted(found: Search, held: HeldOut, facts: Facts) -> Contender | None:
     if not better:
         return None
     best, part = better[0]
-    return Contender(_label(best) or 'the model as given', part)
+    return _contender(best, part, found, facts)
 
 
 def _better(
@@ -146,5 +148,8 @@ def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:
     return np.asarray((held.ahead(fitted) ** 2 / floor).mean(axis=-1))
 
 
-def _label(scored: Scored) -> str:
-    return ' + '.join(sorted(c.label for c in scored.names))
+def _contender(rival: Scored, by: float, found: Search, facts: Facts) -> Contender:
+    label = ' + '.join(sorted(c.label for c in rival.names)) or 'the model as given'
+    chosen = found.chosen.names
+    less = (c.label for c in chosen if not any(facts.alike(c, d) for d in rival.names))
+    return Contender(label, by, tuple(sorted(less)))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple, TYPE_CHECKING
 
@@ -25,6 +26,7 @@ class Rival(NamedTuple):
     """What else could stand in the place of an effect."""
 
     candidate: Candidate
+    fit: Fit  # of the set that has it there
     behind: float  # [nats]
     same: str | None  # why the two are the same thing in these data; None where they are not
 
@@ -32,6 +34,7 @@ class Rival(NamedTuple):
 class Contender(NamedTuple):
     label: str
     by: float  # what it leaves less unexplained [nats]; or the share of the error that it saves
+    lacks: tuple[str, ...]  # labels of the chosen effects that it does without
 
 
 class RecordingValue(NamedTuple):
@@ -66,6 +69,7 @@ class Part:
 
     candidate: Candidate
     fit: Fit
+    without: Fit  # the others alone
     saved: tuple[float, float]  # loss, on training windows and on those no fit saw [nats]
     before: Figures  # held-out errors without it
     after: Figures  # held-out errors with it
@@ -85,10 +89,14 @@ class Part:
 class Choices:
     """What is chosen where folds are left out of the choice, again and again."""
 
-    kept: float  # share of the resamples that hold all chosen effects, and perhaps more
+    holds: tuple[frozenset[str], ...]  # labels of the chosen effects that each resample holds
     sets: tuple[tuple[tuple[str, ...], float], ...]  # labels and share, the chosen set first
     instead: Counts  # effects that are none of the chosen ones by any name
     more: Counts  # of these, those that are no narrower or wider law of a chosen one either
+
+    def kept(self, labels: Collection[str]) -> float:
+        """Share of the resamples that hold all of these chosen effects, and perhaps more."""
+        return sum(held >= set(labels) for held in self.holds) / len(self.holds)
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,8 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
         told.add(rival)
         if not widens(rival, candidate):
             near = behind < gates.margin_nats
-            yield Rival(rival, behind, same_thing(candidate, rival, facts) if near else None)
+            same = same_thing(candidate, rival, facts) if near else None
+            yield Rival(rival, other.fit, behind, same)
 
 
 def _in_place_of(effect: Candidate, names: Names, other: Names, facts: Facts) -> Candidate | None:
@@ -112,7 +113,8 @@ def _part(
     before, after = (done.held.figures(f) for f in fits)
     kept = share(found.resamples, [candidate], facts.alike)
     others = tuple(rivals(found, candidate, facts))
-    return Part(candidate, fits[1], (trained, judged), before, after, kept, others)
+    without, whole = fits
+    return Part(candidate, whole, without, (trained, judged), before, after, kept, others)
 
 
 def _loss(scored: Scored, held: HeldOut) -> Array:

@@ -45,9 +45,9 @@ TWO_THIRDS, THIRD = pytest.approx(2 / 3), pytest.approx(1 / 3)
     ids=['wider law', 'narrower law', 'all joints', 'one joint', 'more', 'another', 'nothing'],
 )
 def test_what_is_chosen_in_two_thirds_and_in_a_third(names, in_a_third, kept, first, more):
-    made = chosen(names, (names, 40), (in_a_third, 20))
-    assert made.kept == kept and made.more == tuple((c.label, THIRD) for c in more)
-    assert made.sets[0] == (tuple(c.label for c in names), first)
+    made, labels = chosen(names, (names, 40), (in_a_third, 20)), tuple(c.label for c in names)
+    assert made.kept(labels) == kept and made.sets[0] == (labels, first)
+    assert made.more == tuple((c.label, THIRD) for c in more)
     others = tuple(sorted(c.label for c in in_a_third))
     assert made.sets[1:] == (() if first == 1.0 else ((others, THIRD),))
 
@@ -57,7 +57,9 @@ def test_a_narrower_law_is_chosen_instead():
     assert made.instead == (('coulomb_friction:pivot', THIRD),)
 
 
-@pytest.mark.parametrize(('ahead', 'said'), [(False, ('bias_torque:pivot', 8.0)), (True, None)])
+@pytest.mark.parametrize(
+    ('ahead', 'said'), [(False, ('bias_torque:pivot', 8.0, (COULOMB.label,))), (True, None)]
+)
 def test_another_effect_that_leaves_much_less_speaks_against_the_choice(ahead, said):
     """Neither nothing nor a set that holds the choice does, whatever they leave."""
     left = {frozenset({COULOMB}): 10.0, frozenset({BIAS}): 2.0}

@@ -66,13 +66,23 @@ def test_what_only_one_of_many_effects_can_do_is_asked_where_there_are_many(data
 def test_what_is_named_is_no_effect_that_could_not_be_tested(findings):
     scans = tuple(replace(s, evidence=0.0) for s in findings.search.scans)
     unseen = replace(findings, search=replace(findings.search, scans=scans))
-    assert [row['name'] for row in rows(unseen)['not_testable']] == ['coulomb_friction']
+    assert [row['name'] for row in rows(unseen, ())['not_testable']] == ['coulomb_friction']
 
 
 def test_an_answer_with_a_rival_is_ambiguous(findings):
     assert decision(findings).verdict == 'named'
-    rivalled = replace(findings, other=Contender('armature:pivot', 9.0))
+    both = tuple(part.candidate.label for part in findings.effects)
+    rivalled = replace(findings, other=Contender('armature:pivot', 9.0, both))
     assert decision(rivalled).verdict == 'ambiguous'
+
+
+def test_what_is_in_doubt_stands_beside_what_is_sure(findings):
+    first, second = findings.effects
+    decided = decision(replace(findings, effects=(first, replace(second, share=0.5))))
+    assert decided.verdict == 'partly' and decided.beside == [second.candidate.label]
+    row = rows(findings, decided.beside)
+    assert [r['name'] for r in row['effects']] == [first.candidate.effect.name]
+    assert [r['name'] for r in row['not_sure']] == [second.candidate.effect.name]
 
 
 def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monkeypatch):
