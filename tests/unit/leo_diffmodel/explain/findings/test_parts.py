@@ -71,7 +71,7 @@ def test_what_stands_in_place_of_an_effect_may_stand_beside_other_names_of_the_r
     pool = {c.effect.name: c for c in candidates(Model(TORQUE)) if c.where != 'all'}
 
     def known(behind, *names):
-        return SimpleNamespace(names=frozenset(pool[n] for n in names), behind=behind)
+        return SimpleNamespace(names=frozenset(pool[n] for n in names), behind=behind, fit=None)
 
     mine = known(0.0, 'torque_scale', 'external_force')
     sets = [
