@@ -99,7 +99,7 @@ def run_case(seed: int) -> dict:
         )
     )
     hidden = [(p.effect.name, p.where[0] if len(p.where) == 1 else 'all') for p in case.effects]
-    named = [(e['name'], e['where']) for e in answer.effects]
+    named = [(e['name'], e['where']) for e in answer.found]
     models, step = (given, repaired, true), case.robot.control_period
     table = {
         motion: {'one_step': scores(models, bag, step), 'ahead': scores(models, bag, far)}

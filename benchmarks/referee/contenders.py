@@ -42,7 +42,7 @@ def _leo(rig: Rig) -> Fitted:
     from leo_diffmodel.explain.explanation import explain
 
     answer = explain(rig.learn, rig.model, rig.held_out, within=WITHIN)
-    named = [f'{e["name"]}:{e["where"]}' for e in answer.effects]
+    named = [f'{e["name"]}:{e["where"]}' for e in answer.found]
     law = answer.unknown.fit if answer.unknown else None
     with_law = law and law.hypothesis.model(rig.model, law.theta)
     return Fitted(answer.model, answer.sentence, named, answer.verdict, with_law)

@@ -11,11 +11,15 @@ from leo_sim.effects import EFFECTS, place
 
 def with_floors(case: Case, answer: dict) -> dict:
     """The answer with `floors` in each row; None where the effect is not of the catalogue."""
-    rows = answer['effects']
-    if not rows:
+    if not answer['effects']:
         return answer
     loop = OpenLoop(case.run, (*case.effects, *case.small))
-    return {**answer, 'effects': [{**row, 'floors': _floors(loop, row)} for row in rows]}
+    lists = {name: answer.get(name, []) for name in ('effects', 'not_sure')}
+    sized = {
+        name: [{**row, 'floors': _floors(loop, row)} for row in rows]
+        for name, rows in lists.items()
+    }
+    return answer | sized
 
 
 def _floors(loop: OpenLoop, row: dict) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from itertools import permutations
 
+from leo_diffmodel.add.patch import found_rows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_lab.blind import outside
 from leo_lab.blind.judge_small import judge_pushed, judge_small
@@ -31,18 +32,20 @@ def judge(truth: dict, answer: dict, robot: Robot) -> dict:
         answer: the contents of explain.json.
         robot: of the case, as everybody knows it.
     """
-    named = [thing(e) for e in answer['effects']]
+    rows = found_rows(answer)
+    named = [thing(e) for e in rows]
     return {
         **truth,
         'verdict': answer['verdict'],
         'named': [list(one) for one in named],
-        'set': [sorted(map(list, left_open(e))) for e in answer['effects']],
-        'gain': [e['gain_train'] + e['gain_held_out'] for e in answer['effects']],
-        'found': [e['parameters'] for e in answer['effects']],
-        'inclusion': [e['inclusion_probability'] for e in answer['effects']],
+        'not_sure': len(rows) - len(answer['effects']),
+        'set': [sorted(map(list, left_open(e))) for e in rows],
+        'gain': [e['gain_train'] + e['gain_held_out'] for e in rows],
+        'found': [e['parameters'] for e in rows],
+        'inclusion': [e['inclusion_probability'] for e in rows],
         'chi2_ratio': answer['errors'].get('chi2_ratio'),
         'seconds': answer['seconds'],
-        'errors': _errors(truth, answer['effects']),
+        'errors': _errors(truth, rows),
         **_JUDGES[truth['kind']](truth, answer, Facts(robot, truth['ever_free'])),
     }
 
@@ -57,7 +60,7 @@ def _single(truth: dict, answer: dict, facts: Facts) -> dict:
     An ambiguous set of at most three things that holds it is right as well, where a class of
     the same thing is one.
     """
-    hidden, rows = truth['effects'][0], answer['effects']
+    hidden, rows = truth['effects'][0], found_rows(answer)
     first = rows[0] if rows else None
     if first is None or answer['verdict'] not in NAMING:
         return {'right': False, 'family': False}
@@ -76,7 +79,7 @@ def _strength(truth: dict, answer: dict, facts: Facts) -> dict:
 def _several(truth: dict, answer: dict, facts: Facts) -> dict:
     """Right: each of them is found in a row of its own; exact: and there is no other row."""
     hidden = truth['effects']
-    rows = answer['effects'] if answer['verdict'] in NAMING else []
+    rows = found_rows(answer) if answer['verdict'] in NAMING else []
     right = any(
         all(found(facts, one, row) for one, row in zip(hidden, some, strict=True))
         for some in permutations(rows, len(hidden))

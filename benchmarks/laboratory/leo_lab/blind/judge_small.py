@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import permutations
 
+from leo_diffmodel.add.patch import found_rows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_lab.blind.things import same, Thing, thing
 from leo_sim.description.robot import Robot
@@ -32,9 +33,10 @@ def judge_small(truth: dict, answer: dict, facts: Facts) -> dict:
     right: the largest comes first, where there is one, and no sure one is wrong.
     """
     verdict, hidden = answer['verdict'], truth['effects']
-    rows = answer['effects'] if verdict in LISTS else []
+    rows = found_rows(answer) if verdict in LISTS else []
     strangers = [r for r in rows if not _there(facts, r, _things(truth, facts.robot))]
-    sure_wrong = verdict in SAYS and bool(strangers)
+    sure = answer['effects']
+    sure_wrong = verdict in SAYS and any(r in sure for r in strangers)
     first = _largest_first(facts, hidden, rows) if hidden else None
     return {
         'right': first is not False and not sure_wrong,
@@ -42,19 +44,21 @@ def judge_small(truth: dict, answer: dict, facts: Facts) -> dict:
         'both': _each(facts, hidden, rows) if len(hidden) == 2 else None,
         'sure_wrong': sure_wrong,
         'extra': len(strangers),
-        'small_named_large': None if hidden else verdict in SAYS and _exceeds(truth, rows),
-        'floors': [row.get('floors') for row in answer['effects']],
+        'small_named_large': None
+        if hidden
+        else verdict in SAYS and _exceeds(truth, answer['effects']),
+        'floors': [row.get('floors') for row in found_rows(answer)],
     }
 
 
 def judge_pushed(truth: dict, answer: dict, facts: Facts) -> dict:
     """Right: unknown, or exactly what is hidden; sure_wrong: a sure effect that is not."""
     verdict, hidden = answer['verdict'], truth['effects']
-    rows = answer['effects'] if verdict in LISTS else []
+    rows = found_rows(answer) if verdict in LISTS else []
     things = [t for e in hidden for t in _covers(thing(e), facts.robot)]
     exact = all(_there(facts, row, things) for row in rows) and _each(facts, hidden, rows)
     told = verdict in SAYS if rows else verdict == 'fine'
-    wrong = verdict in SAYS and not all(_there(facts, row, things) for row in rows)
+    wrong = verdict in SAYS and not all(_there(facts, row, things) for row in answer['effects'])
     return {'right': verdict == 'unknown' or (told and exact), 'sure_wrong': wrong}
 
 
