@@ -202,7 +202,7 @@ def _searched(reading: Reading, found: Search, step: float | None) -> Explanatio
         decided.verdict,
         (replace(said, more=(*said.more, *notes)),),
         _repaired(findings.base, findings.final),
-        next_run=next_run(decided.verdict, findings),
+        next_run=next_run(decided, findings),
         rules=decided.rules,
         search=findings.search,
         unknown=findings.unknown,

@@ -121,18 +121,18 @@ def _left(findings: Findings) -> str:
     return share if len(names) == 1 else f'{share}, most of it at {worst}'
 
 
-def next_run(verdict: str, findings: Findings) -> str | None:
+def next_run(decided: Decision, findings: Findings) -> str | None:
     """What would settle an open answer, in the words of the effects concerned."""
     if not findings.search.complete:
         return MORE_TIME
-    if verdict == 'ambiguous':
+    if decided.verdict == 'ambiguous' or decided.beside:
         margin = findings.gates.margin_nats
         close = [r.candidate.effect.reveal for p in findings.effects for r in p.close(margin)]
         driven = any(a.strongest > 0 for a in findings.base.robot.actuators)
         return '; '.join([*dict.fromkeys(close), NEXT if driven else BY_HAND])
     if findings.unknown:
         return f'repeat the run, and {findings.unknown.reveal}'
-    if verdict in ('unknown', 'partly'):
+    if decided.verdict in ('unknown', 'partly'):
         robot = findings.base.robot
         exact = robot.input == 'torque' and not robot.input_noise.any()
         return f'{REPEAT}; {MEASURED}' if exact else REPEAT

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from tests.simulate import PENDULUM, TORQUE
 
-from leo_diffmodel.explain.decide import Named
+from leo_diffmodel.explain.decide import Decision, Named
 from leo_diffmodel.explain.findings.findings import Range, Shown
 from leo_diffmodel.explain.rows import shown_for
 from leo_diffmodel.explain.sentence import next_run, shown, told
@@ -18,6 +18,10 @@ PIVOT = Shown('pivot', Range(-1.23, 2.0, 'rad'), Range(-6, 5.5, 'rad/s'), Range(
 
 def findings(*joints, bags=('a',)):
     return SimpleNamespace(shown=joints, bags=bags, numerics=SETTINGS.numerics)
+
+
+def open_as(verdict, *named):
+    return Decision(verdict, named, (), (), ())
 
 
 def test_one_recording_is_said_to_be_one():
@@ -49,7 +53,18 @@ def test_an_answer_that_was_cut_short_says_so_and_asks_for_more_time():
     none = told('ambiguous', [], 'held-out error 1 -> 1', cut_short=True)
     assert str(none) == 'Cut short, so nothing is sure: held-out error 1 -> 1.'
     cut = SimpleNamespace(search=SimpleNamespace(complete=False))
-    assert next_run('ambiguous', cut) == 'the same again without --within, or with more time'
+    assert (
+        next_run(open_as('ambiguous'), cut) == 'the same again without --within, or with more time'
+    )
+
+
+def test_what_is_not_sure_beside_what_is_asks_for_a_run():
+    base, search = SimpleNamespace(robot=TORQUE), SimpleNamespace(complete=True)
+    gates = SETTINGS.gates
+    made = SimpleNamespace(search=search, base=base, unknown=None, effects=(), gates=gates)
+    sure, weak = Named('a:pivot', ''), Named('b:pivot', '', doubt='x')
+    assert 'leo next with the same bags' in next_run(open_as('partly', sure, weak), made)
+    assert 'leo next' not in next_run(open_as('partly', sure), made)
 
 
 def test_what_no_effect_explains_may_be_the_noise_of_a_torque():
@@ -57,7 +72,8 @@ def test_what_no_effect_explains_may_be_the_noise_of_a_torque():
     asked = []
     for robot in (TORQUE, said, PENDULUM):
         search, base = SimpleNamespace(complete=True), SimpleNamespace(robot=robot)
-        asked.append(next_run('unknown', SimpleNamespace(search=search, base=base, unknown=None)))
+        made = SimpleNamespace(search=search, base=base, unknown=None)
+        asked.append(next_run(open_as('unknown'), made))
     first, *others = asked
     told = 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
     assert others == [told] * 2
