@@ -46,6 +46,10 @@ class Flow:
     def joint(self, j: int) -> str:
         return self.motion.model.robot.joint_names[j]
 
+    def unit(self, j: int) -> str:
+        """Of a torque at joint j."""
+        return 'N' if self.joint(j) in self.motion.model.robot.slides else 'N m'
+
     @property
     def own(self) -> Array:
         """The largest torque at work at each instant and joint [N m, N], shape (N, J)."""

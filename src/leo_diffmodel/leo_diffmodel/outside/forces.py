@@ -49,15 +49,24 @@ def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Finding]:
 
 
 def _burst(flow: Flow, rest: Array, j: int, run: Array, size: float) -> Finding:
-    half, joint = 0.25 * flow.bell, flow.joint(j)
+    half, force = 0.25 * flow.bell, f'{size:.2g} {flow.unit(j)}'
     begin, end = float(flow.time[run[0]]) - half, float(flow.time[run[-1]]) + half
     if _stops(flow, rest, j, run):
-        kind, why = 'blocked', f'{joint}: hits something that stops it with {size:.2g}'
+        hit = 'its own stop' if _at_own_stop(flow, j, run) else 'something that stops it'
+        kind, why = 'blocked', f'hits {hit} with {force}'
     elif end - begin > OUTSIDE.lasting:
-        kind, why = 'hand', f'{joint}: is led by a hand or a cable with up to {size:.2g}'
+        kind, why = 'hand', f'is led by a hand or a cable with up to {force}'
     else:
-        kind, why = 'push', f'{joint}: is pushed with up to {size:.2g}'
-    return stretch(kind, why, begin, end)
+        kind, why = 'push', f'is pushed with up to {force}'
+    return stretch(kind, f'{flow.joint(j)}: {why}', begin, end)
+
+
+def _at_own_stop(flow: Flow, j: int, run: Array) -> bool:
+    """Whether the joint is near one of the stops that the robot file gives it."""
+    stops = flow.motion.model.laws.stops
+    ends = np.array([s[j] for s in stops or ()])
+    near = OUTSIDE.own_stop * np.ptp(ends) if np.isfinite(ends).all() and len(ends) else 0.0
+    return bool((np.abs(flow.q[run, j] - ends[:, None]) < near).any())
 
 
 def _limit(flow: Flow, j: int, usual: float, fitted: Array) -> Array:
@@ -134,7 +143,9 @@ def blocked(flow: Flow, found: Ordinary, j: int, fitted: Array) -> list[Finding]
         hard &= float(np.quantile(np.abs(found.rest[run]), 0.75)) > OUTSIDE.blocked_left * sizes[i]
         begin, end = float(time[run[0]]), float(time[run[-1]])
         if hard and end - begin > OUTSIDE.blocked_seconds:
-            why = f'{flow.joint(j)}: stands while motor and weight push with {sizes[i]:.2g}'
+            at = ' at its own stop' if _at_own_stop(flow, j, run) else ''
+            force = f'{sizes[i]:.2g} {flow.unit(j)}'
+            why = f'{flow.joint(j)}: stands{at} while motor and weight push with {force}'
             out.append(stretch('blocked', why, begin, end))
     return out
 

@@ -157,10 +157,9 @@ def _lasting(rest: Array, fitted: Array) -> float:
 
 def _unlike(seen: Flow, rest: Array, j: int, rung: float | None) -> str:
     """What is not like the model at a joint whose motor acts by itself, in words."""
-    joint, size = seen.joint(j), _lasting(rest, seen.moving[:, j] > 0.5)
-    unit = 'N' if joint in seen.motion.model.robot.slides else 'N m'
+    joint, size = seen.joint(j), f'{_lasting(rest, seen.moving[:, j] > 0.5):.2g} {seen.unit(j)}'
     what = f'a resonance at {rung:.1f} Hz (an elastic gear?)' if rung else 'the model or the log'
-    return f'{joint}: moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'
+    return f'{joint}: moves as no motor, weight or friction makes it, by {size}: {what}'
 
 
 def _all_of(seen: Flow, kind: str, why: str) -> list[Finding]:

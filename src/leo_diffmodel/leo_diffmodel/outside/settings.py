@@ -60,6 +60,8 @@ class Limits:
     neighbours_apart: float = 0.5  # at other times: so far apart at least [s],
     neighbours_among: int = 4000  # among so many at most
     stop_edge: float = 0.05  # of the range: how near its end a joint is when it hits a stop
+    own_stop: float = 0.08
+    """Of the range between a joint's own stops: how near one is the same, zeros off by degrees."""
     stop_rest: float = 0.3  # of its rate before: what is left of it after a stop
 
     # Blocked joints

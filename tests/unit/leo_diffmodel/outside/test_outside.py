@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from tests.flywheel import flywheel
 from tests.hand import carried, led, SECONDS, shove, spoilt
-from tests.simulate import bag, DT, NOISE, PENDULUM, record, steps, TORQUE
+from tests.models import stepped
+from tests.simulate import bag, DT, NOISE, of_robot, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.episode import between
-from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.check.check import forces
@@ -142,6 +143,27 @@ def stops(inputs: float, angle: float, *effects: Placed) -> Recording:
 def test_a_blocked_joint_is_found():
     ((kind, begin, end),) = found(stops(4.0, 0.3), TORQUE)
     assert (kind, begin, end) == ('blocked', pytest.approx(8, abs=0.2), pytest.approx(11, abs=0.2))
+
+
+@pytest.mark.parametrize(
+    ('low', 'what'), [(None, 'at its own stop while'), (-1.5, 'stands while')]
+)
+def test_a_joint_that_meets_its_own_stop_is_said_to(low, what):
+    robot, t = load_robot('so101'), 0.02 * np.arange(300)
+    goals = np.outer(np.sin(1.5 * t), [0.1] * 5 + [0.6])
+    q, dq = stepped(Model(robot, engine='rigid'), goals, 0.02)
+    noisy = dq[:300] + 0.02 * np.random.default_rng(1).standard_normal((300, 6))
+    episode = Episode(t, q[:300], noisy, goals, np.ones((300, 6), bool))
+    joints = tuple(
+        replace(j, limits=(low, 3.0)) if low and j.name == 'gripper' else j for j in robot.joints
+    )
+    seen = moved_from_outside(
+        of_robot(robot, episode, period=0.02), Model(replace(robot, joints=joints))
+    )
+    assert {f.code for f in seen} == {'blocked'}
+    assert all(
+        f.what.startswith('gripper: ') and what in f.what and f.what.endswith('N m') for f in seen
+    )
 
 
 def test_a_weak_motor_that_its_weight_stops_is_not_blocked():
