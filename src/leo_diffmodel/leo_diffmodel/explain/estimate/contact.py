@@ -9,12 +9,14 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate import ground_fit, trials
 from leo_diffmodel.explain.estimate.estimator import (
+    as_fitted,
     Estimate,
     Estimator,
     Extension,
     FIT,
     Progress,
     SCAN,
+    Widened,
 )
 from leo_diffmodel.explain.estimate.fit import fit, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
@@ -58,7 +60,13 @@ class Contact(Estimator):
         untried += [(c,) for c in pool if c not in traced]
         return Extension(Estimate(posed, null), larger, tuple(scans), limit, tuple(untried))
 
-    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
+    def finished(
+        self,
+        at: Estimate,
+        starts: Sequence[Array],
+        progress: Progress,
+        widened: Widened = as_fitted,
+    ) -> Estimate:
         """From one start only: what another one costs here is most of a search."""
         posed, best = ground_fit.polished(at.posed, at.fit) if at.fit.hypothesis.size else at
         ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)

@@ -23,10 +23,13 @@ from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
 Progress = Callable[..., None]  # is called with what was done, how many steps of what kind
-
-
+Widened = Callable[[Fit], Fit]  # a fit with other errors
 SCAN, FIT, PART = 'scan', 'fit', 'part'
 """Kinds of steps: of a candidate, of a set, and of a set less something, by its linear answer."""
+
+
+def as_fitted(fitted: Fit) -> Fit:
+    return fitted
 
 
 def steps_ahead(numerics: Numerics, pool: int, rounds: int) -> dict[str, int]:
@@ -100,11 +103,9 @@ class Estimator(ABC):
     ) -> Extension:
         """The best sets near a fitted one, fitted, unless far behind a `rival`'s loss [nats]."""
 
-    def doubted(
-        self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter
-    ) -> Fit:
-        """The last fit of a set, with the errors that small differences about it leave."""
-        return final
+    def doubt(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Widened:
+        """What gives fits of a set the errors that small differences about it leave."""
+        return as_fitted
 
     def refitted(
         self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
@@ -114,8 +115,17 @@ class Estimator(ABC):
         return Estimate(at.posed, begun)
 
     @abstractmethod
-    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
-        """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate."""
+    def finished(
+        self,
+        at: Estimate,
+        starts: Sequence[Array],
+        progress: Progress,
+        widened: Widened = as_fitted,
+    ) -> Estimate:
+        """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate.
+
+        `widened` gives a fit the errors that an answer says.
+        """
 
     def ends(self, at: Estimate) -> Array:
         """Errors of the states predicted far ahead, in noise floors found once, (V, 2J)."""

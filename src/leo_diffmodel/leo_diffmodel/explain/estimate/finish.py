@@ -13,7 +13,7 @@ from itertools import takewhile
 import numpy as np
 from scipy.linalg import block_diag
 
-from leo_diffmodel.explain.estimate.estimator import FIT, Progress
+from leo_diffmodel.explain.estimate.estimator import as_fitted, FIT, Progress, Widened
 from leo_diffmodel.explain.estimate.fit import fit, read_at
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit
 from leo_diffmodel.explain.estimate.settle import settle
@@ -25,20 +25,25 @@ Array = np.ndarray
 
 
 def finished(
-    problem: Problem, fitted: Fit, starts: Sequence[Array], progress: Progress = lambda *_: None
+    problem: Problem,
+    fitted: Fit,
+    starts: Sequence[Array],
+    progress: Progress = lambda *_: None,
+    widened: Widened = as_fitted,
 ) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
     It begins where the search left it, then at other `starts`, each (P,), until two ends agree.
     The last two begin to each side of the best, a standard error in each direction of the
-    covariance; of many parameters those are all.
+    covariance; of many parameters those are all. Ends are one where nobody can tell them apart by
+    the errors that an answer says (`widened`).
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
     ends = [best]
     many = len(best.theta) > problem.numerics.profiled
     for theta in (None, None) if many else (*starts, None, None):
-        if _reached(problem, ends, best) > 1 or problem.late():
+        if _reached(problem, ends, widened(best)) > 1 or problem.late():
             break
         progress('the last fit', 1, FIT)
         if theta is None:
@@ -48,6 +53,7 @@ def finished(
             other = _profiled(problem, other)
         ends.append(other)
         best = min(ends, key=lambda end: end.lost(problem.train))
+    best = widened(best)
     reached = _reached(problem, ends, best)
     converged = reached > 1 and best.ended
     return replace(best, certificate=Certificate(best.decrement, len(ends), reached, converged))

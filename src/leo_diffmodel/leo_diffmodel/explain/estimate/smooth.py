@@ -12,6 +12,7 @@ from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import price_of, rivals
 from leo_diffmodel.explain.estimate.estimator import (
+    as_fitted,
     Estimate,
     Estimator,
     Extension,
@@ -19,6 +20,7 @@ from leo_diffmodel.explain.estimate.estimator import (
     most_floors,
     Progress,
     steps_ahead,
+    Widened,
 )
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
@@ -95,13 +97,11 @@ class Smooth(Estimator):
 
         return [p for p in points if seen(*p)]
 
-    def doubted(
-        self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter
-    ) -> Fit:
+    def doubt(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Widened:
         if at.problem.late():
-            return final
+            return as_fitted
         made, spread = self._matrices(at, pool, progress), dispersion(at.fit)
-        return background(made, at.fit.hypothesis.candidates, spread).widened(final)
+        return background(made, at.fit.hypothesis.candidates, spread).widened
 
     def _matrices(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Matrices:
         if self._made is None or self._made[0] is not at.fit:
@@ -109,8 +109,14 @@ class Smooth(Estimator):
             self._made = at.fit, made
         return self._made[1]
 
-    def finished(self, at: Estimate, starts: Sequence[Array], progress: Progress) -> Estimate:
-        return Estimate(at.posed, finished(at.problem, at.fit, starts, progress))
+    def finished(
+        self,
+        at: Estimate,
+        starts: Sequence[Array],
+        progress: Progress,
+        widened: Widened = as_fitted,
+    ) -> Estimate:
+        return Estimate(at.posed, finished(at.problem, at.fit, starts, progress, widened))
 
 
 def _fitted_all(

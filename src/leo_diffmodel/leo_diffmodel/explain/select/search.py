@@ -151,9 +151,8 @@ def _last_fit(sets: Sets, until: float, step: float, best: Scored) -> Estimate:
     """A set fitted with the integration step that it needs, of `step` s at least."""
     fits = sets.estimator
     posed = refined(best.at.posed.before(until), best.fit.point, step)
-    starts = _starts(best.fit, sets.scans)
-    at = fits.finished(best.at._replace(posed=posed), starts, sets.progress)
-    at = at._replace(fit=fits.doubted(best.at, at.fit, sets.pool, sets.progress))
+    starts, widened = _starts(best.fit, sets.scans), fits.doubt(best.at, sets.pool, sets.progress)
+    at = fits.finished(best.at._replace(posed=posed), starts, sets.progress, widened)
     return _largest_first(fits, at)
 
 

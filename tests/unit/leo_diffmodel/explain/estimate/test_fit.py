@@ -84,6 +84,27 @@ def test_other_starts_are_as_likely_as_the_errors_say(posed, monkeypatch) -> Non
     assert squared == pytest.approx(seen.sum(), rel=0.3)
 
 
+@pytest.mark.parametrize(('times', 'starts', 'converged'), [(1.0, 3, False), (100.0, 2, True)])
+def test_ends_are_one_where_the_errors_of_the_answer_cannot_part_them(
+    posed, monkeypatch, times, starts, converged
+) -> None:
+    problem, hypothesis = posed
+    base, begun = fit(problem, hypothesis), []
+
+    def apart(*_, **named):
+        begun.append(named)
+        off = 2.0 * (len(begun) - 1)
+        return replace(base, theta=base.theta + off * base.standard_errors, loss=base.loss + off)
+
+    monkeypatch.setattr(finish, 'fit', apart)
+    problem = replace(problem, settings=problem.settings.changed(profiled=0))
+    best = finished(
+        problem, base, [], widened=lambda f: replace(f, covariance=times**2 * f.covariance)
+    )
+    assert (best.certificate.starts, best.certificate.converged) == (starts, converged)
+    assert best.standard_errors == pytest.approx(times * base.standard_errors)
+
+
 def test_a_fit_without_time_has_not_ended_and_is_not_converged(
     posed: tuple[Problem, Hypothesis],
 ) -> None:
