@@ -12,6 +12,7 @@ import time
 from typing import Any, IO
 
 from rich import progress as bars
+from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.table import Column
@@ -53,7 +54,28 @@ class Terminal(Console):
 
 
 class Table(RichTable):
-    """A table that folds names and numbers where it is too wide for the terminal, never cuts."""
+    """A table that folds names and numbers where it is too wide for the terminal, never cuts.
+
+    Before that it leaves out its last columns, up to `spare`, and says so below.
+    """
+
+    def __init__(self, *headers: Any, spare: int = 0, **options: Any) -> None:
+        super().__init__(*headers, **options)
+        self._spare = spare
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterable[Any]:
+        for column in self.columns:
+            if column.no_wrap:
+                column.min_width = max(cell_len(str(c)) for c in (column.header, *column.cells))
+        wide, left_out = options.update(max_width=sys.maxsize), list[str]()
+        while len(left_out) < self._spare and (
+            self.__rich_measure__(console, wide).minimum > options.max_width
+        ):
+            left_out.insert(0, str(self.columns.pop().header))
+        if left_out:
+            said = f'left out for want of width: {", ".join(left_out)}'
+            self.caption = '; '.join(filter(None, [self.caption, said]))
+        yield from super().__rich_console__(console, options)
 
     def add_column(self, *header: Any, **options: Any) -> None:
         super().add_column(*header, **{'overflow': 'fold', **options})

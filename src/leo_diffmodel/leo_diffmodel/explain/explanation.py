@@ -46,6 +46,7 @@ class Explanation:
     effects: list[dict] = field(default_factory=list)
     constants: dict[str, dict] = field(default_factory=dict)
     hypotheses: list[dict] = field(default_factory=list)
+    sets: list[dict] = field(default_factory=list)  # that were fitted, best first
     not_testable: list[dict] = field(default_factory=list)
     next_run: str | None = None
     errors: dict = field(default_factory=dict)

@@ -16,6 +16,7 @@ def rows(findings: Findings) -> dict[str, Any]:
         'effects': [_row(findings, part) for part in findings.effects],
         'constants': constant_rows(findings.final),
         'hypotheses': _hypotheses(findings),
+        'sets': _sets(findings),
         'not_testable': _not_testable(findings),
         'errors': _errors(findings),
         'stability': [{'effects': list(labels), 'share': share} for labels, share in sets],
@@ -72,6 +73,19 @@ def _hypotheses(findings: Findings) -> list[dict]:
         if scan.candidate not in fitted
     ]
     return [*(_row(findings, part) for part in findings.singles), *scanned]
+
+
+def _sets(findings: Findings) -> list[dict]:
+    statistic = findings.headline.statistic
+    return [
+        {
+            'effects': list(s.labels),
+            'error_held_out': s.figures[statistic],
+            'score': s.score,
+            'ended': s.ended,
+        }
+        for s in findings.sets
+    ]
 
 
 def _row(findings: Findings, part: Part) -> dict:
