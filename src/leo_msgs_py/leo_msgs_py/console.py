@@ -4,6 +4,7 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from copy import copy
 from dataclasses import dataclass, field
 import math
 import sys
@@ -67,15 +68,15 @@ class Table(RichTable):
         for column in self.columns:
             if column.no_wrap:
                 column.min_width = max(cell_len(str(c)) for c in (column.header, *column.cells))
-        wide, left_out = options.update(max_width=sys.maxsize), list[str]()
-        while len(left_out) < self._spare and (
-            self.__rich_measure__(console, wide).minimum > options.max_width
-        ):
-            left_out.insert(0, str(self.columns.pop().header))
-        if left_out:
+        shown, wide = copy(self), options.update(max_width=sys.maxsize)
+        for count in range(self._spare + 1):
+            shown.columns = self.columns[: len(self.columns) - count]
+            if shown.__rich_measure__(console, wide).minimum <= options.max_width:
+                break
+        if left_out := [str(column.header) for column in self.columns[len(shown.columns) :]]:
             said = f'left out for want of width: {", ".join(left_out)}'
-            self.caption = '; '.join(filter(None, [self.caption, said]))
-        yield from super().__rich_console__(console, options)
+            shown.caption = '; '.join(filter(None, [self.caption, said]))
+        yield from RichTable.__rich_console__(shown, console, options)
 
     def add_column(self, *header: Any, **options: Any) -> None:
         super().add_column(*header, **{'overflow': 'fold', **options})

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 import sys
@@ -145,7 +144,9 @@ def _parser() -> Parser:
     arguments.flag('--each', 'every bag by itself, as a fleet; goes on where it was ended')
     workers = 'of --each: the workers of a Dask scheduler instead of processes'
     arguments.add('--scheduler', workers, metavar='tcp://HOST:PORT')
-    arguments.flag('--why', 'print the rules that decided, and the best sets of effects that were fitted')
+    arguments.flag(
+        '--why', 'print the rules that decided, and the best sets of effects that were fitted'
+    )
     edited = 'bags of the robot after what was named was taken out of it'
     arguments.add('--edit-test', edited, nargs='+', default=[], metavar='BAG')
     arguments.add('-o', 'write JSON and report here', dest='output', metavar='DIR')

@@ -38,7 +38,9 @@ def _sets_table(answer: Mapping[str, Any]) -> Table:
     kind = Headline(errors['statistic'], errors['ladder'][0]['seconds'])
     units = [state['unit'] for state in errors['states']]
     table = Table('set of effects', 'held-out error', *figures('score [nats]'), 'ended')
-    table.title = f'sets that were fitted, best first ({min(SETS_SHOWN, len(sets))} of {len(sets)})'
+    table.title = (
+        f'sets that were fitted, best first ({min(SETS_SHOWN, len(sets))} of {len(sets)})'
+    )
     table.caption = f'error: {kind.words}; ended: no step of the fit promised more'
     for row in sets[:SETS_SHOWN]:
         sizes = kind.by_unit({kind.statistic: row['error_held_out']}, units)
