@@ -75,7 +75,7 @@ class Table(RichTable):
                 break
         if left_out := [str(column.header) for column in self.columns[len(shown.columns) :]]:
             said = f'left out for want of width: {", ".join(left_out)}'
-            shown.caption = '; '.join(filter(None, [self.caption, said]))
+            shown.caption = '; '.join(filter(None, [str(self.caption or ''), said]))
         yield from RichTable.__rich_console__(shown, console, options)
 
     def add_column(self, *header: Any, **options: Any) -> None:
