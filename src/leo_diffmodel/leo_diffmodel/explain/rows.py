@@ -76,15 +76,15 @@ def _hypotheses(findings: Findings) -> list[dict]:
 
 
 def _sets(findings: Findings) -> list[dict]:
-    statistic = findings.headline.statistic
+    found, statistic = findings.search, findings.headline.statistic
     return [
         {
-            'effects': list(s.labels),
-            'error_held_out': s.figures[statistic],
-            'score': s.score,
-            'ended': s.ended,
+            'effects': [c.label for c in s.fit.hypothesis.candidates],
+            'error_held_out': figures[statistic],
+            'score': found.weight.ahead(s, found.sets[0]),
+            'ended': s.fit.ended,
         }
-        for s in findings.sets
+        for s, figures in zip(found.sets, findings.of_sets, strict=True)
     ]
 
 

@@ -170,10 +170,8 @@ def _titled(result: Check, caption: str, *columns: Column | str, spare: int) -> 
 
 
 def _effects_table(result: Check) -> Table:
-    caption = (
-        'found, named: smallest size that is, in 19 runs of 20; seconds: of data like these '
-        'that it takes to name the effect, at which size'
-    )
+    caption = 'found, named: smallest size that is, in 19 runs of 20; seconds: of data like these '
+    caption += 'that it takes to name the effect, at which size'
     found, seconds = figures('found from', 'named from'), figures('seconds', no_wrap=True)
     table = _titled(result, caption, *found, 'unit', *seconds, 'most like', spare=2)
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
@@ -184,10 +182,8 @@ def _effects_table(result: Check) -> Table:
 
 
 def _by_name(result: Check) -> Table:
-    caption = (
-        'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
-        'of its places (- none); --json lists all'
-    )
+    caption = 'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
+    caption += 'of its places (- none); --json lists all'
     found = figures('places', 'found from', 'named from')
     table = _titled(result, caption, *found, 'unit', 'hardest to name', spare=1)
     kinds = dict.fromkeys((row.name, row.unit) for row in result.reaches)

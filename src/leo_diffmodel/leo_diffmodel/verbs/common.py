@@ -191,6 +191,15 @@ def fresh_folder(path: str | None) -> Path | None:
     return folder
 
 
+def apart(paths: Sequence[Path], joined: str) -> list[str] | None:
+    """The last parts of paths in which they differ, joined to names; None of the same paths."""
+    for count in range(1, max(len(path.parts) for path in paths) + 1):
+        names = [joined.join(path.parts[-count:]).strip('/') for path in paths]
+        if len(set(names)) == len(names):
+            return names
+    return None
+
+
 def nats(evidence: float) -> str:
     return 'over 1000' if evidence > 1000 else f'{evidence:.1f}'
 

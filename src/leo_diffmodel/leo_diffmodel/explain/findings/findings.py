@@ -60,15 +60,6 @@ class Shown(NamedTuple):
     load: Range
 
 
-class FittedSet(NamedTuple):
-    """A set of effects that was fitted in the search."""
-
-    labels: tuple[str, ...]
-    figures: Figures  # held-out errors
-    score: float  # nats by which it is ahead of the best one: 0 of that, else negative
-    ended: bool  # whether no step of its fit promised anything more
-
-
 @dataclass(frozen=True)
 class Part:
     """One effect of a fitted hypothesis, compared with the hypothesis without it."""
@@ -114,7 +105,7 @@ class Findings:
     ladder: tuple[tuple[str, Figures], ...]  # errors as given, and with each effect added
     effects: tuple[Part, ...]  # of the chosen hypothesis, in its order
     singles: tuple[Part, ...]  # every effect that was fitted alone, best first
-    sets: tuple[FittedSet, ...]  # all that were fitted, best first
+    of_sets: tuple[Figures, ...]  # held-out errors of each set of the search
     # what each chosen effect does to the prediction that no other one can [noise floors]; empty
     # where these are too few for that to matter
     floors: tuple[float, ...]

@@ -13,14 +13,7 @@ from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.sizes import length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.findings.findings import (
-    FittedSet,
-    Part,
-    Range,
-    RecordingValue,
-    Rival,
-    Shown,
-)
+from leo_diffmodel.explain.findings.findings import Part, Range, RecordingValue, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.last_fits import Finished
 from leo_diffmodel.explain.problem import likelihood
@@ -53,14 +46,6 @@ def singles(done: Finished, facts: Facts) -> Iterator[Part]:
         (candidate,) = single.names
         saved = before - _loss(single, done.held)
         yield _part(done, candidate, saved, (found.null, single.fit), facts)
-
-
-def fitted_sets(done: Finished) -> Iterator[FittedSet]:
-    """Every set that was fitted, best first."""
-    sets, weight = done.search.sets, done.search.weight
-    for s in sets:
-        labels = tuple(c.label for c in s.fit.hypothesis.candidates)
-        yield FittedSet(labels, done.held.figures(s.fit), weight.ahead(s, sets[0]), s.fit.ended)
 
 
 def ladder(done: Finished) -> Iterator[tuple[str, Figures]]:
