@@ -209,11 +209,9 @@ def _pairs(result: Check, console: Console) -> None:
         console.print(f'the same thing in data of this kind, named together: {same}')
     for pair in close[:PAIRS_SHOWN]:
         more = 'no length of it' if pair.seconds is None else f'{pair.seconds:.0f} s'
-        console.print(
-            f'hard to tell apart at those sizes: {pair.a} and {pair.b} '
-            f'({common.nats(pair.separable_nats)} nats; {more} would do)',
-            highlight=False,
-        )
+        how = f'{common.nats(pair.separable_nats)} nats; {more} would do'
+        said = f'hard to tell apart at those sizes: {pair.a} and {pair.b} ({how})'
+        console.print(said, highlight=False)
     if len(close) > PAIRS_SHOWN:
         console.print(f'… and {len(close) - PAIRS_SHOWN} more such pairs (--json lists them)')
 

@@ -182,7 +182,7 @@ def fresh_folder(path: str | None) -> Path | None:
         folder.mkdir(parents=True, exist_ok=True)
         writable, why = os.access(folder, os.W_OK | os.X_OK), 'it is not writable'
     except OSError as error:
-        writable, why = False, error.strerror
+        writable, why = False, str(error.strerror)
     for made in new:
         with suppress(OSError):
             made.rmdir()
