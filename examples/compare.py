@@ -8,6 +8,8 @@ import sys
 
 from leo_diffmodel import compare
 
+if len(sys.argv) != 3:
+    sys.exit('usage: python examples/compare.py BAG MODEL')
 bag, model = sys.argv[1:]
 result = compare(bag, model)
 for i, state in enumerate(result.states):

@@ -9,6 +9,8 @@ import sys
 from leo_diffmodel import add, compare, explain
 from leo_sim.model import load_model, save_model
 
+if len(sys.argv) != 5:
+    sys.exit('usage: python examples/explain.py BAG OTHER MODEL NEW.yaml')
 bag, other, name, new = sys.argv[1:]
 model = load_model(name)
 answer = explain(bag, model)

@@ -33,6 +33,8 @@ class Hose(Effect):
 
 
 if __name__ == '__main__':
+    if len(sys.argv) != 3:
+        sys.exit('usage: python examples/own_effect.py BAG MODEL')
     bag, model = sys.argv[1:]
     answer = explain(bag, model, effects=[Hose()])
     print(f'{answer.verdict}: {answer.sentence}')

@@ -10,6 +10,8 @@ import numpy as np
 
 from leo_diffmodel import read_bag
 
+if len(sys.argv) != 3:
+    sys.exit('usage: python examples/read.py BAG ROBOT')
 bag, robot = sys.argv[1:]
 recording = read_bag(bag, robot)
 for warning in recording.warnings:

@@ -40,11 +40,13 @@ def test_check_tells_a_good_bag_from_one_read_the_wrong_way(folder, monkeypatch,
     assert all(e['detectable'] > 0 and e['unit'] is not None for e in good['effects'])
     assert main(['check', 'late', *P, '-o', 'out']) == 1
     said = capsys.readouterr().out
+    assert said.startswith('no: mend first what is marked error\n')
     assert 'hold: previous' in said and 'out/check.json' in said
     found = json.loads((folder / 'out' / 'check.json').read_text())['findings']
     assert [f['code'] for f in found if f['severity'] == 'error'] == ['hold']
     assert main(['check', 'late', *P, '--topic-map', 'map.yaml']) == 0
-    assert 'over the period before its stamp, as read' in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert 'over the period before its stamp, as read' in said and said.startswith('yes: each of')
 
 
 def test_next_writes_a_run_that_play_takes(folder, monkeypatch, capsys):

@@ -4,6 +4,7 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from copy import copy
 from dataclasses import dataclass, field
 import math
 import sys
@@ -12,6 +13,7 @@ import time
 from typing import Any, IO
 
 from rich import progress as bars
+from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.table import Column
@@ -53,7 +55,28 @@ class Terminal(Console):
 
 
 class Table(RichTable):
-    """A table that folds names and numbers where it is too wide for the terminal, never cuts."""
+    """A table that folds names and numbers where it is too wide for the terminal, never cuts.
+
+    Before that it leaves out its last columns, up to `spare`, and says so below.
+    """
+
+    def __init__(self, *headers: Any, spare: int = 0, **options: Any) -> None:
+        super().__init__(*headers, **options)
+        self._spare = spare
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterable[Any]:
+        for column in self.columns:
+            if column.no_wrap:
+                column.min_width = max(cell_len(str(c)) for c in (column.header, *column.cells))
+        shown, wide = copy(self), options.update(max_width=sys.maxsize)
+        for count in range(self._spare + 1):
+            shown.columns = self.columns[: len(self.columns) - count]
+            if shown.__rich_measure__(console, wide).minimum <= options.max_width:
+                break
+        if left_out := [str(column.header) for column in self.columns[len(shown.columns) :]]:
+            said = f'left out for want of width: {", ".join(left_out)}'
+            shown.caption = '; '.join(filter(None, [str(self.caption or ''), said]))
+        yield from RichTable.__rich_console__(shown, console, options)
 
     def add_column(self, *header: Any, **options: Any) -> None:
         super().add_column(*header, **{'overflow': 'fold', **options})

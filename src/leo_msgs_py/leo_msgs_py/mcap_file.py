@@ -67,7 +67,8 @@ class McapFile:
         with self.path.open('rb') as stream:
             if not MCAP0_MAGIC.startswith(stream.read(len(MCAP0_MAGIC))):
                 raise UserError(
-                    f'{self.path} is not an MCAP file; give a rosbag2 folder or its .mcap'
+                    f'{self.path} is not an MCAP file; give a rosbag2 folder or its .mcap; '
+                    'leo import makes a bag of another log'
                 )
             yield from _definitions(stream)
             stream.seek(len(MCAP0_MAGIC))

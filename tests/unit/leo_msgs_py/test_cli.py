@@ -20,6 +20,7 @@ import yaml
 from leo_msgs_py import cli
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs import run
 from leo_msgs_py.verbs.common import Parser
 
 LONG = 'x' * 300
@@ -79,6 +80,13 @@ def test_a_name_that_is_too_long_is_one_line(words, domain, capfd):
     assert cli.main(words) == 2
     lines = [line for line in capfd.readouterr().err.splitlines() if '[INFO]' not in line]
     assert len(lines) == 1 and lines[0].startswith('leo: error: ')
+
+
+def test_help_of_an_executable_starts_none(monkeypatch, capsys):
+    monkeypatch.setattr('importlib.metadata.EntryPoint.load', lambda _: pytest.fail('started'))
+    with pytest.raises(SystemExit, match=r'^0$'):
+        run.main(['leo_sim', 'robot', '--help'])
+    assert 'usage: leo run' in capsys.readouterr().out
 
 
 def test_a_verb_gets_the_rest_and_gives_the_status(verbs):

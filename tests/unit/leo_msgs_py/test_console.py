@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from rich.table import Column
 from tests.patience import PATIENCE
 
 from leo_msgs_py import console
@@ -27,6 +28,17 @@ def test_names_are_never_cut_at_80_columns():
     assert '…' not in text.getvalue() and max(map(len, lines)) <= 80
     first = ''.join(line.split('│')[1].strip() for line in lines if line.startswith('│'))
     assert all(name in first for name in NAMES)
+
+
+def test_what_is_too_wide_lacks_its_last_columns_and_says_so():
+    table = Table(Column('effect', no_wrap=True), 'unit', 'most like', 'seconds', spare=2)
+    table.add_row(NAMES[1], 'N m', NAMES[1], '10')
+    for width, lacks in ((60, ['most like', 'seconds']), (90, ['seconds']), (120, [])):
+        text = io.StringIO()
+        Terminal(file=text, width=width).print(table)
+        said = ' '.join(text.getvalue().split())
+        assert [h for h in ('most like', 'seconds') if f'┃ {h}' not in said] == lacks
+        assert NAMES[1] in said and ('left out' in said) == bool(lacks)
 
 
 def test_a_bar_draws_itself_and_no_name_in_it_is_obeyed(monkeypatch):

@@ -22,6 +22,7 @@ from .states import deserialize, read_states, StateLog
 from .topic_map import DEFAULT_NAMES, TopicMap
 from .types import JOINT_STATE
 
+_APART = 0.05  # of the time on the recorder's clock, from which on that of the robot is told
 _MANY = 12
 _MOST_FACTS = 50
 _STATES = {
@@ -138,7 +139,10 @@ def _parts(
 def show(info: BagInfo, console: Console) -> None:
     write = partial(console.print, highlight=False)
     write(f'{info.path}: {_STATES[info.state]}')
-    write(f'{info.duration:.2f} s, {info.messages} messages, {info.size / 1e6:.2f} MB')
+    on_clock, own = f'{info.duration:.2f} s', sum(e.end - e.start for e in info.episodes)
+    if own and abs(own - info.duration) > _APART * info.duration:
+        on_clock += f" on the recorder's clock, {own:.2f} s of states on the robot's"
+    write(f'{on_clock}, {info.messages} messages, {info.size / 1e6:.2f} MB')
     if info.damaged:
         write(f'{info.damaged} damaged places left out')
     if lost := info.metadata.get('lost'):
@@ -147,7 +151,7 @@ def show(info: BagInfo, console: Console) -> None:
         write(f'{key}: {value}')
     if len(info.metadata) > _MOST_FACTS:
         write(f'and {len(info.metadata) - _MOST_FACTS} more facts')
-    table = Table('topic', 'type', *figures('messages', 'Hz'))
+    table = Table('topic', 'type', *figures('messages', 'Hz recorded'))
     for topic in info.topics:
         rate = f'{topic.rate:.1f}' if topic.rate else ''
         table.add_row(topic.name, topic.type, str(topic.count), rate)
@@ -156,7 +160,7 @@ def show(info: BagInfo, console: Console) -> None:
         found = [f'{n} x {kind}' for kind, n in info.breaks.items() if kind != 'new episode']
         also = f'also split at {", ".join(found)}' if found else 'no gaps'
         write(
-            f'joints {", ".join(info.joints)} at {info.state_rate:.0f} Hz; '
+            f'joints {", ".join(info.joints)} at {info.state_rate:.0f} Hz of the robot; '
             f'{len(info.episodes)} episode(s), {also}'
         )
         console.print(_episode_table(info.episodes))

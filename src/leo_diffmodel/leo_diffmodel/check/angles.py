@@ -51,10 +51,8 @@ def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> list[
         return []
     unit = 'degrees' if max(-low, high) > CHECK.per_cent else 'degrees, or per cent of its range'
     what = f'{joint.name} goes from {low:.4g} to {high:.4g} rad, {why}: that is {unit}'
-    todo = (
-        'import it again with unit: deg, or with scale: rad for 1 %, in the column map; with '
-        'unit: rad where that is right and the joint has no limits'
-    )
+    todo = 'import it again with unit: deg, or with scale: rad for 1 %, in the column map; with '
+    todo += 'unit: rad where that is right and the joint has no limits'
     return [Finding('angle_units', ERROR, what, todo)]
 
 
@@ -65,10 +63,8 @@ def positions_only(recording: Recording, robot: Robot) -> list[Finding]:
     each = (_coarseness(recording, j) for j in range(len(recording.joints)))
     off, share, joint = max(each, key=lambda c: c[1])
     unit = length_unit(robot, joint)
-    what = (
-        f'{WITHOUT_SPEED[recording.rates]}, coarse to {off:.2g} {unit}/s at {joint}, '
-        f'{100 * share:.0f} % of how fast it moves'
-    )
+    what = f'{WITHOUT_SPEED[recording.rates]}, coarse to {off:.2g} {unit}/s at {joint}, '
+    what += f'{100 * share:.0f} % of how fast it moves'
     todo = 'log the speed that the servo itself measures; delays and filters of speeds show there'
     return [Finding('positions_only', WARNING if share > CHECK.coarse else OK, what, todo)]
 

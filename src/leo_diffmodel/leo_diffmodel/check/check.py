@@ -13,7 +13,7 @@ from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_level
 from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.hold import hold
-from leo_diffmodel.check.pairs import alike, hidden, Pair
+from leo_diffmodel.check.pairs import alike, hidden, nowhere, Pair
 from leo_diffmodel.check.timing import even_stamps, length, slow, timing
 from leo_diffmodel.check.traces import traces_of
 from leo_diffmodel.compare import errors, noise
@@ -26,6 +26,7 @@ from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.outside.finding import ERROR, Finding, OK, times, WARNING
 from leo_diffmodel.outside.outside import moved_from_outside
+from leo_msgs_py.console import listed
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -57,9 +58,26 @@ class Check:
         """Whether nothing limits what can be learned."""
         return all(f.severity == OK for f in self.findings)
 
+    @property
+    def answer(self) -> str:
+        """Whether these recordings are good enough, or for what not."""
+        severities = [f.severity for f in self.findings]
+        blind = [r.label for r in self.reaches if r.detectable is None]
+        twins = [r.label for r in self.reaches if r.detectable is not None and not r.nameable]
+        able, every = len(self.reaches) - len(blind) - len(twins), len(self.reaches)
+        if ERROR in severities or not able:
+            marked = ERROR if ERROR in severities else WARNING
+            return f'no: mend first what is marked {marked}'
+        limits = [f'not to {to}: {listed(x)}' for to, x in (('find', blind), ('name', twins)) if x]
+        if limits:
+            return '; '.join([f'yes, for {able} of {every} effects', *limits])
+        said = f'each of {every} effects could be found and named'
+        return f'{"yes, with warnings" if WARNING in severities else "yes"}: {said}'
+
     def to_json(self) -> dict:
         return {
             'good': self.is_good,
+            'answer': self.answer,
             'findings': [asdict(f) for f in self.findings],
             'excitation': [asdict(e) for e in self.excitation],
             'effects': [asdict(r) for r in self.reaches],
@@ -102,6 +120,7 @@ def check(
     rows, apart = reaches(data, Facts.of(model.robot, recordings))
     pairs = alike(rows, apart, data.seconds)
     findings += [hidden(rows, data.seconds, recordings, model)]
+    rows = [r for r in rows if r.detectable is not None or r.label not in nowhere(model)]
     found, origin = (tuple(ranges), tuple(rows), tuple(pairs)), provenance(recordings, model)
     return Check(_sorted(findings), *found, data.threshold, data.seconds, origin)
 

@@ -31,10 +31,8 @@ def asked(recording: Recording) -> list[Finding]:
     named = [column for column in columns if role_of(column).is_goal]
     if named and not out:
         more = f' and {len(named) - 1} more' if len(named) > 1 else ''
-        what = (
-            f'inputs are what was asked for ({named[0]}{more}), not what was sent; nothing '
-            'shows here that the two differ'
-        )
+        what = f'inputs are what was asked for ({named[0]}{more}), not what was sent; nothing '
+        what += 'shows here that the two differ'
         out.append(Finding('asked', OK, what, TODO))
     return out
 
@@ -47,10 +45,8 @@ def _unmet(recording: Recording, a: int, joint: str) -> Iterator[Finding]:
     parts = (s for e in recording.episodes for s in _spans(e, j, a, low, high))
     found = merged(parts, CHECK.unmet_apart)
     if found:
-        what = (
-            f'{joint} stands at the end of its range while its goal goes on beyond, '
-            f'{times(found)}: the goal was clipped on the way, or the joint blocked'
-        )
+        what = f'{joint} stands at the end of its range while its goal goes on beyond, '
+        what += f'{times(found)}: the goal was clipped on the way, or the joint blocked'
         yield Finding('asked', WARNING, what, TODO, found)
 
 

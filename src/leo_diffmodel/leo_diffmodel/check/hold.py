@@ -43,19 +43,15 @@ def hold(
     ahead = preference(recording, other, model, sigma)
     if ahead < -CHECK.hold_nats and _agrees(recording, hold_now, model, sigma):
         right = 'previous' if hold_now == 'next' else 'next'
-        what = (
-            f'an input acts {MEANING[right]}, not {MEANING[hold_now]}: '
-            f'that fits better by {-ahead:.0f} nats'
-        )
+        what = f'an input acts {MEANING[right]}, not {MEANING[hold_now]}: '
+        what += f'that fits better by {-ahead:.0f} nats'
         todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
         return [Finding('hold', ERROR, what, todo)]
     if ahead > CHECK.hold_nats:
         what = f'an input acts {MEANING[hold_now]}, as read: that fits better by {ahead:.0f} nats'
     else:
-        what = (
-            f'whether an input acts {MEANING["next"]} or {MEANING["previous"]} makes no '
-            f'difference that shows here ({ahead:.0f} nats)'
-        )
+        what = f'whether an input acts {MEANING["next"]} or {MEANING["previous"]} makes no '
+        what += f'difference that shows here ({ahead:.0f} nats)'
     return [Finding('hold', OK, what)]
 
 

@@ -76,5 +76,11 @@ def _instead(recordings: Recordings, model: Model) -> str:
 
 
 def nowhere(model: Model) -> tuple[str, ...]:
-    """Effects that no data can show: where along the floor a robot is changes nothing."""
-    return tuple(f'encoder_offset:{joint}' for joint in model.robot.base_joints[:1])
+    """Effects that no data need show.
+
+    Where along the floor a robot is changes nothing; one that takes no volts has no limit of them.
+    """
+    robot = model.robot
+    driven = () if robot.has_motor_law else (*(a.joint for a in robot.actuators), 'all')
+    limits = (f'voltage_limit:{place}' for place in driven)
+    return (*(f'encoder_offset:{joint}' for joint in robot.base_joints[:1]), *limits)

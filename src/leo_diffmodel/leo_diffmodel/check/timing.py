@@ -36,11 +36,9 @@ def _reading(recording: Recording) -> list[Finding]:
 def _rate(recording: Recording) -> Finding:
     typical = recording.state_period
     jitter = float(np.quantile(np.abs(recording.steps - typical), 0.95)) / typical
-    what = (
-        f'joint states at {1 / typical:.4g} Hz, '
-        f'commands at {1 / recording.command_period:.4g} Hz; '
-        f'95 % of the steps are within {100 * jitter:.1f} % of the median'
-    )
+    what = f'joint states at {1 / typical:.4g} Hz, '
+    what += f'commands at {1 / recording.command_period:.4g} Hz; '
+    what += f'95 % of the steps are within {100 * jitter:.1f} % of the median'
     if typical > CHECK.slow_states * recording.command_period:
         todo = 'record every joint state that the robot publishes'
         return Finding('rate', WARNING, f'{what}; states come more rarely than commands', todo)
@@ -82,10 +80,8 @@ def even_stamps(recording: Recording) -> list[Finding]:
     if not imported or not all(map(is_even, episodes)):
         return []
     rate = 1 / float(np.median(np.concatenate([np.diff(t) for t in episodes])))
-    what = (
-        f'stamps are frame / {rate:.4g} Hz, computed and not read from a clock: how late a '
-        'frame really was cannot be seen'
-    )
+    what = f'stamps are frame / {rate:.4g} Hz, computed and not read from a clock: how late a '
+    what += 'frame really was cannot be seen'
     todo = 'log the time at which each observation was read, and import that column as time'
     return [Finding('even_stamps', WARNING if rate < CHECK.paced else OK, what, todo)]
 
@@ -115,9 +111,7 @@ def slow(recording: Recording) -> list[Finding]:
     step = recording.state_period
     if step <= 1 / CHECK.slowest:
         return []
-    what = (
-        f'joint states every {1e3 * step:.0f} ms ({1 / step:.3g} Hz): friction where a '
-        'joint turns, delays and backlash happen in between'
-    )
+    what = f'joint states every {1e3 * step:.0f} ms ({1 / step:.3g} Hz): friction where a '
+    what += 'joint turns, delays and backlash happen in between'
     todo = 'record at 100 Hz, 50 Hz at the least: the joints alone, no cameras in the loop'
     return [Finding('slow', WARNING, what, todo)]

@@ -34,7 +34,10 @@ class Headline:
         return f'{"median" if self.statistic == "median" else "rms"}, {self.seconds:.2g} s ahead'
 
     def figures(self, prediction: Prediction) -> Figures:
-        error, _ = prediction.ahead(self.seconds)
+        return self.of(prediction.ahead(self.seconds)[0])
+
+    def of(self, error: np.ndarray) -> Figures:
+        """Both figures of errors so far ahead, (W, 2J)."""
         return {'rmse': root_mean(error**2), 'median': np.median(np.abs(error), axis=0).tolist()}
 
     def floor(self, prediction: Prediction) -> Figures:

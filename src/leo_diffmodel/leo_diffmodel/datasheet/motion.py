@@ -15,9 +15,11 @@ from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
-PARTS = ('triangle, slow', 'steps, small', 'steps, large', 'chirp', 'kick and let go')
-"""Friction near rest and under load; dead band and delay; inertia, delay and lag; back-EMF; and
-viscous friction apart from it, as a free motor has none."""
+PARTS = 'triangle, slow', 'steps, small', 'steps, large', 'chirp'
+"""Friction near rest and under load; dead band and delay; inertia, delay and lag; back-EMF."""
+FREE, HELD = 'kick and let go', 'pulses'
+"""Viscous friction apart from back-EMF, as a free motor has none. All motors are freed together:
+of several the rest of the robot would fall, and none is."""
 SECONDS = 15.0  # of each part: two slow triangles, four free swings
 LEVEL = 0.7  # of the largest input [V, N m]
 GOALS = 1.2
@@ -30,7 +32,7 @@ def motion(model: Model, joint: str) -> Run:
     Where none does it is the full one, and `about` says what that runs into.
     """
     parts, lead = _parts(model.robot, joint)
-    about = f'the standard motion of a data sheet at {joint}: {", ".join(PARTS)}'
+    about = f'the standard motion of a data sheet at {joint}: {", ".join(_names(model.robot))}'
     full = _joined(parts, lead)
     (mild,) = _tamed([_joined(_tamed(parts, model), lead)], model)
     chosen = full if dry_run(mild, model).hits else mild
@@ -38,11 +40,15 @@ def motion(model: Model, joint: str) -> Run:
     return replace(chosen, name='data sheet', about=about)
 
 
+def _names(robot: Robot) -> tuple[str, ...]:
+    return *PARTS, FREE if len(robot.actuators) == 1 else HELD
+
+
 def _parts(robot: Robot, joint: str) -> tuple[list[Run], int]:
     """The parts, and in how many periods each is led to where it goes around."""
     reach = bench_reach(robot, joint)
     parts = {run.name: run for run in menu(robot, reach, SECONDS)}
-    return [parts[name] for name in PARTS], len(reach.lead(robot))
+    return [parts[name] for name in _names(robot)], len(reach.lead(robot))
 
 
 def _joined(parts: Sequence[Run], lead: int) -> Run:

@@ -35,7 +35,10 @@ def sheet(found: Measured) -> dict[str, Any]:
         },
         'ladder': [_rung(found, r, s) for r, s in found.ladder.rungs],
         'others': _effects(final, friction=False),
-        'not_needed': [_alone(s.fit, better) for s, better in found.alone],
+        'not_needed': [
+            {**effect_row(s.fit, len(s.names) - 1), 'predicts_better': better}
+            for s, better in found.alone
+        ],
         'not_known': list(_not_known(final)),
         'error': {
             'figure': headline.words,
@@ -75,11 +78,6 @@ def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
         'verdict': ladder.verdict(scored),
         'converged': certificate is not None and certificate.converged,
     }
-
-
-def _alone(fitted: Fit, better: bool) -> dict[str, Any]:
-    last = len(fitted.hypothesis.candidates) - 1
-    return {**effect_row(fitted, last), 'predicts_better': better}
 
 
 def _not_known(fitted: Fit) -> Iterator[dict[str, Any]]:

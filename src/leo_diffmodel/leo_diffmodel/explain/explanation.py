@@ -47,6 +47,7 @@ class Explanation:
     not_sure: list[dict] = field(default_factory=list)  # beside those a `partly` is sure of
     constants: dict[str, dict] = field(default_factory=dict)
     hypotheses: list[dict] = field(default_factory=list)
+    sets: list[dict] = field(default_factory=list)  # that were fitted, best first
     not_testable: list[dict] = field(default_factory=list)
     next_run: str | None = None
     errors: dict = field(default_factory=dict)

@@ -23,6 +23,7 @@ def rows(findings: Findings, unsure: Collection[str]) -> dict[str, Any]:
         'not_sure': [row for beside, row in found if beside],
         'constants': constant_rows(findings.final),
         'hypotheses': _hypotheses(findings),
+        'sets': _sets(findings),
         'not_testable': _not_testable(findings),
         'errors': _errors(findings),
         'stability': [{'effects': list(labels), 'share': share} for labels, share in sets],
@@ -79,6 +80,19 @@ def _hypotheses(findings: Findings) -> list[dict]:
         if scan.candidate not in fitted
     ]
     return [*(_row(findings, part) for part in findings.singles), *scanned]
+
+
+def _sets(findings: Findings) -> list[dict]:
+    found, statistic = findings.search, findings.headline.statistic
+    return [
+        {
+            'effects': [c.label for c in s.fit.hypothesis.candidates],
+            'error_held_out': figures[statistic],
+            'score': found.weight.ahead(s, found.sets[0]),
+            'ended': s.fit.ended,
+        }
+        for s, figures in zip(found.sets, findings.of_sets, strict=True)
+    ]
 
 
 def _row(findings: Findings, part: Part) -> dict:

@@ -8,6 +8,7 @@ import json
 from pathlib import Path
 import time
 
+from rich.table import Column
 from rich.text import Text
 
 from leo_diffmodel.explain.explanation import Explanation, none_yet
@@ -86,7 +87,7 @@ def show(result: Explanation) -> None:
     for line in lines:
         write(line)
     if result.hypotheses:
-        columns = 'effect', 'parameters', 'gain train / held out [nats]'
+        columns = Column('effect', no_wrap=True), 'parameters', 'gain train / held out [nats]'
         table = Table(*columns, title='hypotheses, best first')
         for row in result.hypotheses[:SHOWN]:
             table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))

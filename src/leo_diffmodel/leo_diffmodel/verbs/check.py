@@ -112,6 +112,7 @@ def _point_on(arguments: Namespace, folder: Path | None, result: Check, model: M
 
 
 def show(result: Check, console: Console) -> None:
+    console.print(Text(result.answer, 'bold'), highlight=False)
     _findings(result, console)
     for unit in dict.fromkeys(row.angle_unit for row in result.excitation):
         rows = [row for row in result.excitation if row.angle_unit == unit]
@@ -151,8 +152,9 @@ def _lines(result: Check) -> Iterator[tuple[str, str, str, str]]:
 
 def _excitation_table(rows: Sequence[Excitation], unit: str) -> Table:
     """What hinges were put through, or what slides were, by the unit of their positions."""
-    ranges = figures(f'position [{unit}]', f'speed [{unit}/s]', 'input', 'moving', 'motor off')
-    table = Table('joint', *ranges, title='what each joint was put through')
+    heads = f'position [{unit}]', f'speed [{unit}/s]', 'input', 'moving', 'free'
+    ranges = figures(*heads, no_wrap=True)
+    table = Table('joint', *ranges, title='what each joint was put through', spare=2)
     for row in rows:
         given = '-' if row.input is None else f'{_span(row.input)} {row.unit}'
         moving, off = f'{100 * row.moving:.0f} %', f'{row.free:.1f} s'
@@ -160,32 +162,30 @@ def _excitation_table(rows: Sequence[Excitation], unit: str) -> Table:
     return table
 
 
-def _titled(result: Check, caption: str, *columns: Column | str) -> Table:
+def _titled(result: Check, caption: str, *columns: Column | str, spare: int) -> Table:
     title = f'what these {result.seconds:.0f} s can say about each effect'
-    return Table(*columns, title=f'{title} (sizes are changes from the model)', caption=caption)
+    title = f'{title} (sizes are changes from the model)'
+    name = Column('effect', no_wrap=True)
+    return Table(name, *columns, title=title, caption=caption, spare=spare)
 
 
 def _effects_table(result: Check) -> Table:
-    caption = (
-        'found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
-        'that it takes to name the effect at the size in the column before'
-    )
-    found, typical = figures('found from', 'named from'), figures('size', 'seconds')
-    table = _titled(result, caption, 'effect', *found, 'unit', *typical, 'most like')
+    caption = 'found, named: smallest size that is, in 19 runs of 20; seconds: of data like these '
+    caption += 'that it takes to name the effect, at which size'
+    found, seconds = figures('found from', 'named from'), figures('seconds', no_wrap=True)
+    table = _titled(result, caption, *found, 'unit', *seconds, 'most like', spare=2)
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
         least, named, size = map(_number, (row.detectable, row.nameable, row.typical))
-        seconds, like = _seconds(row.seconds_to_name), _like(row, result.seconds)
-        table.add_row(row.label, least, named, row.unit, size, seconds, like)
+        long, like = f'{_seconds(row.seconds_to_name)} at {size}', _like(row, result.seconds)
+        table.add_row(row.label, least, named, row.unit, long, like)
     return table
 
 
 def _by_name(result: Check) -> Table:
-    caption = (
-        'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
-        'of its places (- none); --json lists all'
-    )
+    caption = 'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
+    caption += 'of its places (- none); --json lists all'
     found = figures('places', 'found from', 'named from')
-    table = _titled(result, caption, 'effect', *found, 'unit', 'hardest to name')
+    table = _titled(result, caption, *found, 'unit', 'hardest to name', spare=1)
     kinds = dict.fromkeys((row.name, row.unit) for row in result.reaches)
     for rows in ([r for r in result.reaches if (r.name, r.unit) == kind] for kind in kinds):
         worst = max(rows, key=lambda r: r.seconds_to_name or 1e9)
@@ -209,11 +209,9 @@ def _pairs(result: Check, console: Console) -> None:
         console.print(f'the same thing in data of this kind, named together: {same}')
     for pair in close[:PAIRS_SHOWN]:
         more = 'no length of it' if pair.seconds is None else f'{pair.seconds:.0f} s'
-        console.print(
-            f'hard to tell apart at those sizes: {pair.a} and {pair.b} '
-            f'({common.nats(pair.separable_nats)} nats; {more} would do)',
-            highlight=False,
-        )
+        how = f'{common.nats(pair.separable_nats)} nats; {more} would do'
+        said = f'hard to tell apart at those sizes: {pair.a} and {pair.b} ({how})'
+        console.print(said, highlight=False)
     if len(close) > PAIRS_SHOWN:
         console.print(f'… and {len(close) - PAIRS_SHOWN} more such pairs (--json lists them)')
 

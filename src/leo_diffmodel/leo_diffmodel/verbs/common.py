@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
+from contextlib import suppress
 import math
 import os
 from pathlib import Path
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from leo_sim.model import Model
 
 NEGATIVE = {'partly', 'ambiguous', 'unknown', 'untestable'}
-UNITS = {'s': 1.0, 'min': 60.0}
+UNITS = {'s': 1.0, 'm': 60.0, 'min': 60.0}
 
 
 def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
@@ -58,7 +59,7 @@ def add_bag_arguments(
 
 
 def add_search_arguments(arguments: Parser) -> None:
-    about = 'answer within this time (s or min) with the best that there is then'
+    about = 'answer within this time (60s, 2m; 5 is 5 s) with the best that there is then'
     arguments.add('--within', about, type=until, dest='until', default=math.inf, metavar='60s')
     about = 'cores to use (all there are, or as LOKY_MAX_CPU_COUNT or OMP_NUM_THREADS say)'
     arguments.add('--jobs N', about, type=jobs)
@@ -73,17 +74,17 @@ def jobs(text: str) -> int:
 
 
 def seconds(text: str) -> float:
-    """A time as 60, 60s or 2min [s]."""
+    """A time as 60, 60s, 2m or 2min [s]."""
     number, unit = text.strip(), 's'
     for name in UNITS:
-        if number.endswith(name):
-            number, unit = number.removesuffix(name), name
+        if text.strip().endswith(name):
+            number, unit = text.strip().removesuffix(name), name
     try:
         value = float(number) * UNITS[unit]
     except ValueError:
         value = math.nan
     if not value > 0:
-        raise ArgumentTypeError(f'{text!r} is no time; write 60s or 2min')
+        raise ArgumentTypeError(f'{text!r} is no time; write 60s or 2m')
     return value
 
 
@@ -174,12 +175,29 @@ def fresh_folder(path: str | None) -> Path | None:
     if path is None:
         return None
     folder = Path(path)
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not folder.is_dir():
         raise UserError(f'{folder} is a file; -o takes a folder')
-    there = next(p for p in (folder, *folder.absolute().parents) if p.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        raise UserError(f'cannot write to {folder}: {there} is not writable; choose another')
+    new = [p for p in (folder, *folder.absolute().parents) if not os.path.exists(p)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        writable, why = os.access(folder, os.W_OK | os.X_OK), 'it is not writable'
+    except OSError as error:
+        writable, why = False, str(error.strerror)
+    for made in new:
+        with suppress(OSError):
+            made.rmdir()
+    if not writable:
+        raise UserError(f'cannot write to {folder}: {why}; choose another')
     return folder
+
+
+def apart(paths: Sequence[Path], joined: str) -> list[str] | None:
+    """The last parts of paths in which they differ, joined to names; None of the same paths."""
+    for count in range(1, max(len(path.parts) for path in paths) + 1):
+        names = [joined.join(path.parts[-count:]).strip('/') for path in paths]
+        if len(set(names)) == len(names):
+            return names
+    return None
 
 
 def nats(evidence: float) -> str:

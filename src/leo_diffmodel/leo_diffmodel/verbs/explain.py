@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 import sys
@@ -12,7 +11,8 @@ import time
 from typing import TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import figures, progress, Table, Terminal
+from leo_diffmodel.verbs.why import show_why
+from leo_msgs_py.console import progress
 from leo_msgs_py.ending import ending
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -22,7 +22,6 @@ from leo_sim.common.consent import effect_words, words
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.episode import Recordings
-    from leo_diffmodel.explain.decide import Rule
     from leo_diffmodel.explain.explanation import Explanation
     from leo_diffmodel.verbs.best import Best
     from leo_sim.model import Model
@@ -87,7 +86,7 @@ def _finished(
         write_explanation(folder, result, recordings, common.watch(arguments), arguments.until)
     if not arguments.json:
         if arguments.why:
-            _show_rules(result.rules)
+            show_why(result.rules, result.to_json())
         _point_on(arguments, folder, result)
         _point_on_effect(arguments, target, result)
     return 1 if result.verdict in common.NEGATIVE else 0
@@ -112,8 +111,8 @@ def _each(arguments: Namespace, folder: Path | None) -> int:
 
     answers = explain_each(arguments, folder)
     for answer in answers:
-        if arguments.why and not arguments.json:
-            _show_rules(answer.rules, f'rules of the answer to {answer.name}')
+        if arguments.why and answer.told and not arguments.json:
+            show_why(answer.rules, answer.told, f' to {answer.name}')
         if answer.error:
             print(f'leo: error: {answer.error}', file=sys.stderr)
     if any(answer.error for answer in answers):
@@ -138,17 +137,6 @@ def _edited(
     return replace(result, edit_test=found)
 
 
-def _show_rules(rules: Sequence[Rule], title: str = 'rules of the answer') -> None:
-    """Print each rule of an answer beside its number; nothing where nothing was searched."""
-    if not rules:
-        return
-    table = Table('rule', 'of', 'fired', *figures('number', 'limit'), title=title)
-    for rule in rules:
-        numbers = ('' if n is None else f'{n:.4g}' for n in (rule.number, rule.limit))
-        table.add_row(rule.name, rule.about, 'yes' if rule.fired else 'no', *numbers)
-    Terminal().print(table)
-
-
 def _parser() -> Parser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
@@ -156,7 +144,9 @@ def _parser() -> Parser:
     arguments.flag('--each', 'every bag by itself, as a fleet; goes on where it was ended')
     workers = 'of --each: the workers of a Dask scheduler instead of processes'
     arguments.add('--scheduler', workers, metavar='tcp://HOST:PORT')
-    arguments.flag('--why', 'print the rules of the answer: which fired, with what number')
+    arguments.flag(
+        '--why', 'print the rules that decided, and the best sets of effects that were fitted'
+    )
     edited = 'bags of the robot after what was named was taken out of it'
     arguments.add('--edit-test', edited, nargs='+', default=[], metavar='BAG')
     arguments.add('-o', 'write JSON and report here', dest='output', metavar='DIR')

@@ -158,9 +158,7 @@ def _off(arguments: argparse.Namespace) -> Any:
 def unique_names(bags: Sequence[str]) -> list[str]:
     """The last parts of the paths in which they differ, as names of folders."""
     paths = [Path(bag).resolve() for bag in bags]
-    for count in range(1, max(len(path.parts) for path in paths) + 1):
-        names = ['_'.join(path.parts[-count:]).strip('/') for path in paths]
-        if len(set(names)) == len(names):
-            return names
+    if names := common.apart(paths, '_'):
+        return names
     twice = next(path for path in paths if paths.count(path) > 1)
     raise UserError(f'{twice} is the same bag again; give each once')

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.bags.importing.shipped import shipped_maps
+from leo_diffmodel.verbs.common import apart
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -123,10 +124,8 @@ def _parser() -> Parser:
     several = parser.add_mutually_exclusive_group()
     about = 'one bag per log, in the folder BAG'
     several.add_argument('--bag-per-log', action='store_true', help=about)
-    about = (
-        'the logs are parts of one run, joined by their times or row by '
-        'row; q.csv, dq.csv and tau.csv are so in any case'
-    )
+    about = 'the logs are parts of one run, joined by their times or row by '
+    about += 'row; q.csv, dq.csv and tau.csv are so in any case'
     several.add_argument('--join', action='store_true', help=about)
     return parser
 
@@ -134,21 +133,14 @@ def _parser() -> Parser:
 def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Path]]:
     if not each:
         return [(logs, output)]
-    bags = [output / name for name in _names(logs)]
+    names = apart([Path(log).absolute().with_suffix('') for log in logs], '.')
+    if names is None:
+        raise UserError('leo import: two logs would become one bag; import them one by one')
+    bags = [output / name for name in names]
     for bag in bags:
         if bag.exists():
             raise UserError(f'{bag} exists already; choose another folder')
     return [([log], bag) for log, bag in zip(logs, bags, strict=True)]
-
-
-def _names(logs: list[str]) -> list[str]:
-    """Of each log a name of its own: the file's, with as many folders above it as that takes."""
-    paths = [Path(log).absolute().with_suffix('').parts[1:] for log in logs]
-    for count in range(1, max(map(len, paths)) + 1):
-        names = ['.'.join(parts[-count:]) for parts in paths]
-        if len(set(names)) == len(names):
-            return names
-    raise UserError('leo import: two logs would become one bag; import them one by one')
 
 
 def _next(bags: list[Path], column_map: ColumnMap) -> str:

@@ -7,7 +7,7 @@ from argparse import Namespace
 from dataclasses import replace
 import json
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
@@ -122,7 +122,10 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
     show(result)
     if rows:
         names = [f'{s["name"]} [{s["unit"]}]' for s in result.errors['states']]
-        cells = [['model', *names], *([row['model'], *_pairs(row)] for row in rows)]
+        cells = [['model', *names]]
+        for row in rows:
+            both = zip(row['rmse'], row['median'], strict=True)
+            cells.append([row['model'], *(f'{r:.3g} / {m:.3g}' for r, m in both)])
         if len(names) > MOST_ACROSS:
             cells = [list(column) for column in zip(*cells, strict=True)]
         (first, *others), *lines = cells
@@ -135,7 +138,3 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
     own = effect_words(result.model.effects)
     verb = ['learn'] if result.model.robot.reward else ['compare', 'BAG']
     print(f'next: {leo(*verb, "--model", target, *own)}')
-
-
-def _pairs(row: dict[str, Any]) -> list[str]:
-    return [f'{r:.3g} / {m:.3g}' for r, m in zip(row['rmse'], row['median'], strict=True)]

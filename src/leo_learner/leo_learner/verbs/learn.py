@@ -62,7 +62,15 @@ def main(argv: list[str]) -> int:
     quiet = options.json and not sys.stderr.isatty()
     outcome = _train(run, folder, ros_args, quiet)
     if options.json:
-        print(json.dumps({'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}))
+        data = {
+            'policy': str(outcome.policy),
+            **asdict(run),
+            'test_return': outcome.test_return if math.isfinite(outcome.test_return) else None,
+            'steps_done': outcome.steps,
+            'seconds': round(outcome.seconds, 1),
+            'finished': outcome.finished,
+        }
+        print(json.dumps(data))
     else:
         print(_text(run, folder, outcome, words(options.effect)))
     return 0 if outcome.finished else INTERRUPTED if outcome.interrupted else 1
@@ -200,15 +208,6 @@ def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
     if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
         start_from(Path(run.start), training)
     return training
-
-
-def _numbers(outcome: Any) -> dict[str, Any]:
-    return {
-        'test_return': outcome.test_return if math.isfinite(outcome.test_return) else None,
-        'steps_done': outcome.steps,
-        'seconds': round(outcome.seconds, 1),
-        'finished': outcome.finished,
-    }
 
 
 def _text(run: Run, folder: Path, outcome: Any, consent: list[str]) -> str:

@@ -3,6 +3,7 @@
 
 import argparse
 from importlib.metadata import entry_points, EntryPoint
+from itertools import takewhile
 import sys
 
 from leo_msgs_py.errors import UserError
@@ -29,6 +30,9 @@ def main(argv: list[str]) -> int:
     parser.add_argument('args', nargs=argparse.REMAINDER, help=words).required = False
     options = parser.parse_args(argv)
     entry = _find(options.package, options.executable)
+    own = takewhile(lambda word: word != '--ros-args', options.args)
+    if not {'-h', '--help'}.isdisjoint(own):
+        parser.parse_args(['--help'])
     sys.argv = [f'{options.package}/{options.executable}', *options.args]
     return int(entry.load()(options.args) or 0)
 

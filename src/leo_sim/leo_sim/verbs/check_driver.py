@@ -54,7 +54,7 @@ def main(argv: list[str]) -> int:
     from leo_sim.drivers import load_driver
     from leo_sim.drivers.apart import Apart
     from leo_sim.drivers.base import DriverOptions
-    from leo_sim.drivers.check import examine, FAILED
+    from leo_sim.drivers.check import examine, FAILED, LEFT_OUT
     from leo_sim.drivers.check.trial import Moving, Trial
 
     if not (0.0 < options.range < 10.0 and 0.0 < options.share <= 1.0):
@@ -87,8 +87,10 @@ def main(argv: list[str]) -> int:
     else:
         _print_findings(trial.found)
         _table(results)
-        lost = f'; {trial.lost} packets were lost' if trial.lost else ''
-        print(f'{failed} of {len(results)} checks failed{lost}')
+        left_out = sum(result.verdict == LEFT_OUT for result in results)
+        said = f'{failed} of {len(results) - left_out} checks failed'
+        also = {'were left out': left_out, 'packets were lost': trial.lost}
+        print('; '.join([said, *(f'{n} {what}' for what, n in also.items() if n)]))
         if not failed:
             print(f'next: {_next(options)}')
     return 1 if failed else 0

@@ -72,7 +72,7 @@ def test_rounds_are_one_answer():
 
 
 @pytest.mark.parametrize(
-    ('text', 'expected'), [('60', 60.0), ('60s', 60.0), ('2min', 120.0), ('0.5 min', 30.0)]
+    ('text', 'expected'), [('60', 60.0), ('60s', 60.0), ('2m', 120.0), ('0.5 min', 30.0)]
 )
 def test_times(text, expected):
     assert seconds(text) == expected
@@ -80,5 +80,5 @@ def test_times(text, expected):
 
 @pytest.mark.parametrize('text', ['', 's', '-3', '0', 'nan', '2h'])
 def test_no_times(text):
-    with pytest.raises(argparse.ArgumentTypeError, match='write 60s or 2min'):
+    with pytest.raises(argparse.ArgumentTypeError, match='write 60s or 2m'):
         seconds(text)

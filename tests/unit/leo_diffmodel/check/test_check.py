@@ -120,6 +120,13 @@ def test_a_rich_bag_is_good_for_every_effect():
     assert all(r.detectable and r.nameable and r.nameable >= r.detectable for r in result.reaches)
 
 
+def test_a_limit_in_volts_is_asked_of_no_robot_that_takes_torques():
+    bag = record(TORQUE, seconds=SECONDS, inputs=0.05 * steps(TORQUE, SECONDS, 1))
+    result = check([Bag(bag)], Model(TORQUE))
+    said = [result.answer, *(r.label for r in result.reaches), *(f.what for f in result.findings)]
+    assert 'voltage_limit' not in ' '.join(said) and 'not to find: ' in result.answer
+
+
 @pytest.mark.parametrize(
     'turned, rate, said',
     [(0.0, 0.0, 'does not move'), (3.0, 3.0, 'at most 0.0 %'), (1.0, 0.0, 'more than what')],

@@ -32,8 +32,10 @@ def test_one_joint_moves_within_its_limits_for_little_more_than_a_minute(name, j
 
     assert 60.0 < run.count * robot.control_period < 90.0
     free = ~run.enabled
-    assert 0.05 < free.mean() < 0.3
-    assert (np.diff(free.astype(int)) == 1).sum() >= 3
+    if len(robot.actuators) > 1:
+        assert not free.any() and dry_run(run, Model(robot)).hits == ()
+    else:
+        assert 0.05 < free.mean() < 0.3 and (np.diff(free.astype(int)) == 1).sum() >= 3
 
 
 def test_torques_are_so_small_that_the_joint_keeps_off_its_stops():

@@ -88,6 +88,15 @@ def test_where_the_report_cannot_be_written_there_is_no_json_either(
     assert verb is compare or 'untestable' in capsys.readouterr().out, 'an explanation is told'
 
 
+def test_a_folder_that_cannot_be_made_is_said_first_and_one_that_can_is_not_made(tmp_path):
+    (tmp_path / 'dangling').symlink_to(tmp_path / 'nowhere' / 'else')
+    for name in ('dangling', 'dangling/out', 300 * 'a'):
+        with pytest.raises(UserError, match='cannot write to'):
+            common.fresh_folder(str(tmp_path / name))
+    assert common.fresh_folder(str(tmp_path / 'new' / 'out')) == tmp_path / 'new' / 'out'
+    assert [path.name for path in tmp_path.iterdir()] == ['dangling']
+
+
 def test_a_time_counts_from_the_start_of_the_command():
     command = BEGAN.set(100.0)
     try:

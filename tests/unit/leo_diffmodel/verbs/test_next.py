@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from tests.damage_shop import EXPLANATION
-from tests.simulate import bag, PENDULUM, record
+from tests.simulate import bag, PENDULUM, record, TORQUE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.next import main, predict_words
@@ -45,9 +45,9 @@ def run(tmp_path_factory):
     return bag(tmp_path_factory.mktemp('next') / 'run', record(PENDULUM, seconds=4.0))
 
 
-def answer(run, *blind):
+def answer(run, *blind, robot=PENDULUM):
     """The contents of an explain.json that could not test some effects."""
-    bags = [{'sha256': read_bag(run, PENDULUM).sha256}]
+    bags = [{'sha256': read_bag(run, robot).sha256}]
     return EXPLANATION | {
         'verdict': 'untestable' if blind else 'fine',
         'sentence': 'so it is',
@@ -76,3 +76,10 @@ def test_where_nothing_is_open_no_run_is_proposed(run, tmp_path):
     assert plan.words == (
         'Nothing is open, and every effect was testable: no further run is needed.',
     )
+
+
+def test_no_run_is_for_volts_that_a_robot_does_not_take(tmp_path):
+    run = bag(tmp_path / 'run', record(TORQUE, seconds=4.0))
+    data = answer(run, 'voltage_limit', robot=TORQUE) | {'verdict': 'unknown'}
+    plan = proposed([str(run), '--model', 'torque_pendulum'], data, lambda _: None)
+    assert plan.run is None and 'voltage_limit' not in ' '.join(plan.words)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""leo explain --why: the rules of the answer, which fired, with what number."""
+"""leo explain --why: the rules of the answer, which fired, with what number; fitted sets."""
 
 import pytest
 from tests.searched import among
@@ -24,3 +24,6 @@ def test_the_rules_of_the_answer_are_printed(tmp_path, capsys, monkeypatch, why)
         assert cells['set chosen too seldom'] == ['', 'no', '1', '0.9']
         assert cells['chosen too seldom'][:2] == ['viscous_friction:pivot', 'no']
         assert cells['named: nothing open'][1] == 'yes'
+        assert cells['viscous_friction:pivot'][1:3] == ['0.0', 'yes']
+        assert float(cells['nothing is missing'][1]) < -100
+        assert 'rad/s' in cells['nothing is missing'][0]

@@ -57,6 +57,7 @@ def collect(
         ladder=tuple(parts.ladder(done)),
         effects=tuple(parts.effects(done, facts)),
         singles=tuple(parts.singles(done, facts)),
+        of_sets=tuple(held.figures(s.fit) for s in found.sets),
         floors=parts.floors(done) if len(chosen) >= found.weight.gates.many else (),
         by_recording=parts.values_by_recording(found.problem, found.final, bags),
         choices=choices(found, facts),

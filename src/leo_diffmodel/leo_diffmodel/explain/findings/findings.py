@@ -113,6 +113,7 @@ class Findings:
     ladder: tuple[tuple[str, Figures], ...]  # errors as given, and with each effect added
     effects: tuple[Part, ...]  # of the chosen hypothesis, in its order
     singles: tuple[Part, ...]  # every effect that was fitted alone, best first
+    of_sets: tuple[Figures, ...]  # held-out errors of each set of the search
     # what each chosen effect does to the prediction that no other one can [noise floors]; empty
     # where these are too few for that to matter
     floors: tuple[float, ...]

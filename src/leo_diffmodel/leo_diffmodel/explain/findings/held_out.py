@@ -51,6 +51,7 @@ class HeldOut:
     own: tuple[Constant, ...] = ()  # constants that held-out recordings have of their own
     _completed: dict[int, tuple[Fit, Fit]] = field(default_factory=dict, repr=False)
     _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
+    _ahead: dict[Values, Array] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(
@@ -104,11 +105,14 @@ class HeldOut:
         return self._made[values]
 
     def figures(self, fitted: Fit) -> Figures:
-        return self.headline.figures(self._without_floor(fitted))
+        return self.headline.of(self.ahead(fitted))
 
     def ahead(self, fitted: Fit) -> Array:
         """Errors of each window as far ahead as the headline, (W, 2J)."""
-        return self._without_floor(fitted).ahead(self.headline.seconds)[0]
+        values = _values(fitted)
+        if values not in self._ahead:
+            self._ahead[values] = self._without_floor(fitted).ahead(self.headline.seconds)[0]
+        return self._ahead[values]
 
     def undisturbed(self, fitted: Fit) -> 'HeldOut':
         """The windows that hold no hand push, by the hypothesis that knows most.

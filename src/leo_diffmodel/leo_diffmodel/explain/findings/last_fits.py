@@ -55,8 +55,7 @@ def finish(
     names = found.final.hypothesis.candidates
     smaller = tuple(_less(found, c) for c in names)
     growing = tuple(_first(found, count) for count in range(1, len(names) + 1))
-    alone = (s for s in found.sets if len(s.names) <= 1)
-    for part in (*alone, found.chosen, *smaller):
+    for part in (*found.sets, found.chosen, *smaller):
         held.completed(part.fit, part.at.problem)
     return Finished(found, law, held, smaller, growing)
 

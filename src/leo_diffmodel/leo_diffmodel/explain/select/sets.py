@@ -53,8 +53,8 @@ class Sets:
 
     @property
     def untried(self) -> tuple[str, ...]:
-        tried = self.extensions.values()
-        return tuple(' + '.join(c.label for c in added) for e in tried for added in e.untried)
+        sets = (added for e in self.extensions.values() for added in e.untried)
+        return tuple(dict.fromkeys(' + '.join(c.label for c in added) for added in sets))
 
     @property
     def scans(self) -> tuple[Scan, ...]:

@@ -65,10 +65,8 @@ def measured(budget: Mapping[str, float]) -> Section:
         _part('explained by the model', budget['explained'], palette.AFTER),
         *_remainder(budget['unexplained'], budget['noise']),
     ]
-    note = (
-        'Shares of the mean square of the motion within half a second; every state counts '
-        'alike. Noise is what a perfect model would be charged.'
-    )
+    note = 'Shares of the mean square of the motion within half a second; every state counts '
+    note += 'alike. Noise is what a perfect model would be charged.'
     return _section(parts, 'How much of the motion the model explains', note, NO_TABLE)
 
 

@@ -107,10 +107,8 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
         if (element.tag == 'link' and name in gone) or (element.tag == 'joint' and name in lost):
             root.remove(element)
     motors = description.motors
-    note = (
-        f'{", ".join(n for n in known if n in gone)} left out with '
-        f'{", ".join(j.get("name", "") for j in joints if j.get("name") in lost)}'
-    )
+    note = f'{", ".join(n for n in known if n in gone)} left out with '
+    note += f'{", ".join(j.get("name", "") for j in joints if j.get("name") in lost)}'
     return replace(
         description,
         text=tostring(root, encoding='unicode') + '\n',

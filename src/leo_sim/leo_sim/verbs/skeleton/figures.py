@@ -112,10 +112,8 @@ def measure_step(folder: Path) -> tuple[float, float, float]:
             'docs/leo_physics.md says how it is chosen'
         )
     step, error = integration_step(robot)
-    line = (
-        f'integration_step: {step:g}  # s; one control period is off by {100 * error:.1g} % '
-        'of its change of speed'
-    )
+    line = f'integration_step: {step:g}  # s; one control period is off by {100 * error:.1g} % '
+    line += 'of its change of speed'
     write_whole(folder / 'robot.yaml', LINE.sub(line, read_text(folder / 'robot.yaml')))
     return robot.integration_step, step, error
 
