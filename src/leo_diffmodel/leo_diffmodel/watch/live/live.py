@@ -28,20 +28,26 @@ class Robot(Protocol):
     condition: Condition
     asked: str
 
-    def e_stop(self) -> None: ...
+    def e_stop(self) -> object: ...
 
     def release(self) -> None: ...
 
 
 @dataclass
 class Live:
-    """One for all tabs; `said` is what went wrong with a button, '' where nothing did."""
+    """One for all tabs.
+
+    Attributes:
+        said: what went wrong with a button, '' where nothing did.
+        e_stop_url: where a browser asks for the e-stop.
+    """
 
     robot: Robot
     recording: RecordingSwitch
     renewing: Renewing
     sending: Sending = field(default_factory=Sending)
     said: str = ''
+    e_stop_url: str = ''
 
     def look(self) -> None:
         """Take in what is new; an e-stop, whoever asked for it, ends a run that is sent."""
