@@ -112,9 +112,10 @@ def main() -> int:
             rows = []
             for number in range(options.kills):
                 rows.append(kill(loop))
+                before, after, inside = (1e3 * seconds for seconds in rows[-1])
+                said = f'{before:.1f} ms before, {after:.1f} after the kill'
                 print(
-                    f'{number + 1}/{options.kills}: gap {1e3 * rows[-1][0]:.1f} ms before, '
-                    f'{1e3 * rows[-1][1]:.1f} after the kill, {1e3 * rows[-1][2]:.1f} in publish()',
+                    f'{number + 1}/{options.kills}: gap {said}, {inside:.1f} in publish()',
                     flush=True,
                 )
     alive, gaps, inside = 1e3 * np.array(rows).T

@@ -13,27 +13,15 @@ from typing import Any, cast
 
 from bokeh.models import CustomJS
 
+from leo_diffmodel.report.page import template
+
 HERE = '127.0.0.1'
 IDLE = 2.0  # a connection that says nothing is closed after so long [s]
-PRESSED = """
-const says = document.getElementById('e-stop'), began = performance.now()
-const say = (words, color) => {
-  says.textContent = `${new Date().toLocaleTimeString()}  ${words}`
-  says.style.background = color
-}
-const own = 'stop the robot at its own switch'
-say('E-STOP: asking the robot', '#8a6100')
-fetch(url, {method: 'POST', keepalive: true, signal: AbortSignal.timeout(3000)})
-  .then(answer => answer.ok ? answer.text() : Promise.reject(answer.status))
-  .then(why => why ? say(`E-STOP: ${why}`, '#b00020') : say('E-STOP: the robot answered after '
-    + `${Math.round(performance.now() - began)} ms`, '#1f6f3a'))
-  .catch(error => say(`E-STOP: leo watch does not answer (${error}): ${own}`, '#b00020'))
-"""
 
 
 def pressed(url: str) -> CustomJS:
     """What a browser does by itself when the button is pressed."""
-    return CustomJS(args={'url': url}, code=PRESSED)
+    return CustomJS(args={'url': url}, code=template('e_stop.js').render())
 
 
 @contextmanager
