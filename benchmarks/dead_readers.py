@@ -75,16 +75,19 @@ class Loop:
         return min(publisher.get_subscription_count() for publisher in self._out)
 
 
-def kill(loop: Loop) -> tuple[float, float, float]:
-    """Have a reader come and be killed; the gap with it alive, and what follows the kill [s]."""
-    reader = subprocess.Popen([sys.executable, __file__, '--read'], stderr=subprocess.DEVNULL)
+def kill(loop: Loop, count: int) -> tuple[float, float, float]:
+    """Have readers come and be killed; the gap with them alive, and what follows the kill [s]."""
+    words = [sys.executable, __file__, '--read']
+    readers = [subprocess.Popen(words, stderr=subprocess.DEVNULL) for _ in range(count)]
     end = time.monotonic() + PATIENCE
-    while not loop.readers and time.monotonic() < end:
+    while loop.readers < count and time.monotonic() < end:
         loop.run(0.02)
     alive, _ = loop.run(random.uniform(0.3, 1.0))
-    reader.kill()
+    for reader in readers:
+        reader.kill()
     gap, inside = loop.run(WATCHED)
-    reader.wait()
+    for reader in readers:
+        reader.wait()
     while loop.readers and time.monotonic() < end:
         loop.run(0.02)
     return alive, gap, inside
@@ -94,6 +97,7 @@ def main() -> int:
     """Kill and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--kills', type=int, default=12)
+    parser.add_argument('--readers', type=int, default=1, help='killed at once')
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--profile', type=Path)
     parser.add_argument('--read', action='store_true', help=argparse.SUPPRESS)
@@ -111,7 +115,7 @@ def main() -> int:
             spare_collector()
             rows = []
             for number in range(options.kills):
-                rows.append(kill(loop))
+                rows.append(kill(loop, options.readers))
                 before, after, inside = (1e3 * seconds for seconds in rows[-1])
                 said = f'{before:.1f} ms before, {after:.1f} after the kill'
                 print(

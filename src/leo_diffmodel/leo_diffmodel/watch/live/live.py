@@ -35,19 +35,14 @@ class Robot(Protocol):
 
 @dataclass
 class Live:
-    """One for all tabs.
-
-    Attributes:
-        said: what went wrong with a button, '' where nothing did.
-        e_stop_url: where a browser asks for the e-stop.
-    """
+    """One for all tabs; `said` is what went wrong with a button, '' where nothing did."""
 
     robot: Robot
     recording: RecordingSwitch
     renewing: Renewing
     sending: Sending = field(default_factory=Sending)
     said: str = ''
-    e_stop_url: str = ''
+    e_stop_url: str = ''  # where a browser asks for it
 
     def look(self) -> None:
         """Take in what is new; an e-stop, whoever asked for it, ends a run that is sent."""
@@ -64,7 +59,6 @@ class Live:
                 self.recording.start()
 
     def send(self) -> None:
-        """Send the run that was asked about, unless the robot is stopped or silent."""
         with self._saying():
             if self.robot.condition.e_stopped:
                 raise UserError(STOPPED)
@@ -111,7 +105,6 @@ class LiveFinder(Finder):
         self._passing: Path | None = None
 
     def start(self) -> None:
-        """Keep what is measured now, and search it; say why where it cannot be kept."""
         if self.busy:
             return
         try:

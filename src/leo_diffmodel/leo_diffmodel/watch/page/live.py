@@ -104,7 +104,6 @@ class SendView:
             sending.ask(Sent(tuple(self._next.words), plan.run.name, plan.seconds))
 
     def _asked(self) -> str:
-        """The question; what the player is doing where there is none."""
         sending, recording = self._live.sending, self._live.recording
         if (run := sending.question) is None:
             return ' '.join(filter(None, [sending.words, STOPPED if self._stopped else '']))

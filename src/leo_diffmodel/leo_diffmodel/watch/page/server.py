@@ -93,7 +93,6 @@ class WatchServer:
             self._server.io_loop.call_later(SHORT_PAUSE, self._go_on)
 
     def _poll(self) -> None:
-        """Pass on what the search says to all tabs, and the run to record next."""
         self._page.next_run.look()
         finder = self._page.finder
         if not finder.poll():
