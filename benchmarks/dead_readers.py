@@ -5,8 +5,9 @@
 
 A loop publishes states and inputs at 500 Hz with the robot's quality of service. A reader that
 keeps all, as the recorder does, comes and is killed (SIGKILL) at a random moment. For each kill:
-the largest gap of the loop from then until the reader is forgotten. `--profile` is another profile
-file of Fast DDS than the one here.
+the largest gap of the loop from then until the reader is forgotten. `--stops` stops readers at
+random moments instead, many more in the same time: one that is stopped with a lock keeps it as
+one that is killed does. `--profile` is another profile file of Fast DDS than the one here.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import argparse
 import os
 from pathlib import Path
 import random
+import signal
 import subprocess
 import sys
 import time
@@ -93,6 +95,30 @@ def kill(loop: Loop, count: int) -> tuple[float, float, float]:
     return alive, gap, inside
 
 
+def stops(loop: Loop, count: int, readers: int) -> int:
+    """Stop readers for a moment, where each may have a lock, as one that is killed there."""
+    words, waits = [sys.executable, __file__, '--read'], []
+    processes = [subprocess.Popen(words, stderr=subprocess.DEVNULL) for _ in range(readers)]
+    while loop.readers < readers:
+        loop.run(0.02)
+    loop.run(1.0)
+    for _ in range(count):
+        for process in processes:
+            process.send_signal(signal.SIGSTOP)
+        waits.append(loop.run(0.03)[1])
+        for process in processes:
+            process.send_signal(signal.SIGCONT)
+        loop.run(random.uniform(0.02, 0.06))
+    for process in processes:
+        process.kill()
+        process.wait()
+    found = 1e3 * np.array(waits)
+    waited = f'median {np.median(found):.1f} ms, worst {found.max():.0f}'
+    above = int((found > 300).sum())
+    print(f'{count} stops of {readers} readers: in publish() {waited}; above 300 ms: {above}')
+    return int((found > 300).any())
+
+
 def main() -> int:
     """Kill and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -100,6 +126,7 @@ def main() -> int:
     parser.add_argument('--readers', type=int, default=1, help='killed at once')
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--profile', type=Path)
+    parser.add_argument('--stops', type=int, default=0, help='stop readers for 30 ms instead')
     parser.add_argument('--read', action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.read:
@@ -113,6 +140,8 @@ def main() -> int:
         with graph(['--ros-args', '--log-level', 'error']):
             loop = Loop(Node('robot'))
             spare_collector()
+            if options.stops:
+                return stops(loop, options.stops, options.readers)
             rows = []
             for number in range(options.kills):
                 rows.append(kill(loop, options.readers))

@@ -4,25 +4,21 @@
 from http.client import HTTPConnection
 from threading import Event, Thread
 import time
-from types import SimpleNamespace
+from unittest.mock import Mock
 from urllib.parse import urlsplit
 
 from bokeh.client import pull_session
 import pytest
-from tests.page import no_run
 
-from leo_diffmodel.watch.live.buffer import Condition
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.e_stop import own_way
 from leo_diffmodel.watch.page.live import LiveView
 from leo_diffmodel.watch.page.server import WatchServer
 from leo_diffmodel.watch.state import State
-from leo_diffmodel.watch.worker import News
 
 BUSY, SOON = 10.0, 1.0
 """How long the page's loop does nothing else at most, and how soon the robot is stopped [s]."""
 PAGE = 'http://localhost:5006'
-IDLE = SimpleNamespace(busy=False, news=News(), poll=lambda: False, stop=lambda: None)
 
 
 @pytest.fixture
@@ -33,25 +29,23 @@ def stopped():
 @pytest.fixture
 def page(scene, stopped):
     """A page with the buttons of a running robot, served in a thread."""
-    off = SimpleNamespace(on=False, possible=False, frozen=False, toggle=stopped.clear)
-    robot = SimpleNamespace(e_stop=stopped.set, release=stopped.clear, condition=Condition())
-    live = SimpleNamespace(robot=robot, recording=off, renewing=off, switch_recording=off.toggle)
-    live.lines = lambda: (True, ['running'])
-    state, made, there = State(scene), SimpleNamespace(), Event()
-    run = no_run(look=lambda: None, stop=lambda: None)
+    state, made, there = State(scene), [], Event()
+    live = Mock(**{'lines.return_value': (True, ['running'])})
+    live.robot.e_stop = live.robot.release = live.renewing.toggle = live.switch_recording = print
 
     def serve() -> None:
-        page = Page(state, IDLE, [], run)
-        made.server = WatchServer(page, 0, lambda tab, _: tab.add_root(LiveView(state, live).root))
-        with own_way(lambda: stopped.set() or '', made.server.origin) as live.e_stop_url:
-            made.server.every(10, there.set)
-            made.server.run()
+        page = Page(state, Mock(**{'poll.return_value': False}), [], Mock())
+        server = WatchServer(page, 0, lambda tab, _: tab.add_root(LiveView(state, live).root))
+        with own_way(lambda: stopped.set() or '', server.origin) as live.e_stop_url:
+            made.append(server)
+            server.every(10, there.set)
+            server.run()
 
     thread = Thread(target=serve)
     thread.start()
     there.wait()
-    yield made.server
-    made.server.end()
+    yield made[0]
+    made[0].end()
     thread.join()
 
 
