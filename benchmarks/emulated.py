@@ -21,7 +21,7 @@ from leo_msgs_py.node import graph, spin_until
 from leo_sim.description.robot import load_robot
 
 LEO = str(Path(sys.executable).with_name('leo'))
-PATIENCE = 60.0
+PATIENCE = 300.0  # the first start in a fresh clone compiles kernels [s]
 MEMORY = Path('/dev/shm')
 DRIVER, HARDWARE = 2, 3
 """Priorities in real time: servos wait for no computer, a driver for no player."""

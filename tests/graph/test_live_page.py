@@ -173,6 +173,7 @@ def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
     until(lambda: says(live, 'no state from the robot'))
     until(lambda: not live.live.look() and live.live.renewing._future is None)
     until(lambda: click(live, 'e-stop') or says(live, 'no /robot/e_stop service answers'))
+    assert 'no /robot/e_stop service answers' in live.live.robot.stopped()
     assert samples(live) > 200 and live.state.scene.recordings
 
 

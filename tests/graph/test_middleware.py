@@ -72,10 +72,8 @@ def locks(pid: int) -> set[Path]:
 
 
 def files(lock: Path) -> list[Path]:
-    """A lock file and what it stands for; semaphores only ports have."""
-    name = lock.name[:-3]
-    found = [lock, lock.with_name(name)]
-    return [*found, lock.with_name(f'sem.{name}_mutex')] if 'port' in name else found
+    """A lock file and what it stands for."""
+    return [lock, lock.with_name(lock.name[:-3])]
 
 
 @pytest.mark.graph
@@ -88,6 +86,7 @@ def test_what_a_killed_process_held_is_removed_and_nothing_of_a_living_one(node,
     assert spin_until(lambda: talkers() == {'/left', '/right'}, PATIENCE)
     left, right = (locks(peer.pid) for peer in peers)
     assert left and right and not left & right
+    assert not any('port' in lock.name for lock in left), 'whoever is killed in it is waited for'
     peers[0].kill()
     peers[0].wait()
     killed = time.monotonic()

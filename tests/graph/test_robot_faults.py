@@ -187,13 +187,6 @@ def test_a_read_that_hangs_delays_no_zero(rig, timeout):
     assert int(robot.diagnosis()['stopped by the watchdog']) >= 1
 
 
-def test_a_read_that_hangs_ends_a_driver_without_halt(rig, no_halt):
-    robot = rig('/unhalting', driver=no_halt)
-    robot.holds_while_driven(command=1.0)
-    assert robot.ended() == 1
-    assert 'did not return within 0.5 s; the robot ends here' in robot.said()
-
-
 def test_an_e_stop_acts_while_a_read_hangs(rig):
     robot = rig('/stopped', command_timeout=60.0, fault_periods=10**6)
     robot.holds_while_driven(command=1.0)

@@ -61,7 +61,6 @@ def decode(data: bytes, type_name: str) -> Any:
 
 
 def decoder(type_name: str) -> Callable[[bytes, str], Any]:
-    """`decode` for many messages of a type, one after the other."""
     if type_name != JOINT_STATE:
         return decode
     last: dict[int, _Layout] = {}  # by how long a message is

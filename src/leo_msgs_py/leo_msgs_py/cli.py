@@ -198,7 +198,6 @@ def _status(interrupt: KeyboardInterrupt) -> int:
 
 
 def _missing(package: str) -> str:
-    """How to get a package that need not be installed; '' for any other."""
     if package in _ROS:
         return _NO_ROS.format(package)
     return _NO_EXTRA.format(package, _EXTRAS[package]) if package in _EXTRAS else ''
@@ -231,7 +230,6 @@ def _help(verbs: dict[str, EntryPoint], in_full: bool) -> str:
 
 
 def _lines(verbs: dict[str, EntryPoint], names: list[str]) -> list[str]:
-    """Verbs with what they do, which the first line of their modules says after a colon."""
     width = max(map(len, names), default=0)
     return [f'{name:{width}}  {_about(verbs[name])}'.rstrip() for name in names]
 
@@ -245,7 +243,6 @@ def _groups(verbs: dict[str, EntryPoint]) -> list[str]:
 
 
 def _about(verb: EntryPoint) -> str:
-    """What a verb does, in words; its module is read and not run, which would take long."""
     package, *inside = verb.module.split('.')
     found = find_spec(package)
     folders = (found and found.submodule_search_locations) or []

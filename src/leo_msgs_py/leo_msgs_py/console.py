@@ -36,7 +36,6 @@ class Terminal(Console):
 
     @property
     def file(self) -> IO[str]:
-        """Where it writes: past `terminal.Output`, also where a bar stands before that."""
         file = super().file
         return getattr(file, 'rich_proxied_file', file)
 
@@ -190,7 +189,6 @@ class Reporter:
 
     @classmethod
     def of(cls, show: Callable[[str], None]) -> 'Reporter':
-        """What shows texts as a reporter; one that counts steps stays as it is."""
         return show if isinstance(show, Reporter) else cls(show)
 
     def __call__(self, text: str, steps: int = 1, kind: str = '') -> None:

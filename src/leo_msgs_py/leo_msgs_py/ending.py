@@ -34,7 +34,6 @@ class Ended(KeyboardInterrupt):
 
     @property
     def in_time(self) -> bool:
-        """Whether nobody ended it: its time was over."""
         return self.number == signal.SIGALRM
 
     @property

@@ -71,7 +71,6 @@ def _answer(node: Node, callback: Callback, request: Any, response: Any) -> Any:
 
 
 def _objection(request: Any) -> str:
-    """What is wrong with a request; '' where it is to be answered."""
     if _size(request) > LARGEST:
         return f'more than {LARGEST} characters and numbers at once'
     parameters = getattr(request, 'parameters', ())

@@ -36,7 +36,6 @@ def _has(package: str, folder: str) -> bool:
 
 
 def to_plain(value: Any) -> Any:
-    """A message as nested dictionaries, lists and scalars, fields in order."""
     if hasattr(value, 'get_fields_and_field_types'):
         return {n: to_plain(getattr(value, n)) for n in value.get_fields_and_field_types()}
     if isinstance(value, bytes):

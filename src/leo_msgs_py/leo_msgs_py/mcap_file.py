@@ -80,7 +80,6 @@ class McapFile:
                 self.finished = stream.read() == MCAP0_MAGIC
 
     def _framed(self, stream: IO[bytes]) -> Iterator[McapRecord]:
-        """Yield the records that need no other to be read, the first part of a cut chunk too."""
         start = stream.tell()
         size = stream.seek(0, os.SEEK_END)
         stream.seek(start)
@@ -95,7 +94,6 @@ class McapFile:
                 yield from self._read(opcode, content)
 
     def _read(self, opcode: int, content: bytes) -> Iterator[McapRecord]:
-        """Yield one record, nothing where no reader wants it or it does not read."""
         try:
             if opcode == Opcode.MESSAGE and len(content) >= _MESSAGE.size:
                 channel, number, logged, published = _MESSAGE.unpack_from(content)
@@ -106,7 +104,6 @@ class McapFile:
             self.damaged += not self.cut
 
     def _opened(self, chunk: Chunk) -> Iterator[McapRecord]:
-        """Yield the records of a chunk; of a damaged one only what its topics are."""
         data = _unpacked(chunk)
         as_written = len(data) == chunk.uncompressed_size
         as_written &= chunk.uncompressed_crc in (0, zlib.crc32(data))

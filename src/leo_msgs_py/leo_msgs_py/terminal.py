@@ -21,7 +21,6 @@ def visible(text: str) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Whether a text can be a name: one line, in which a terminal would obey nothing."""
     return visible(text) == text and '\n' not in text and '\t' not in text
 
 

@@ -13,7 +13,6 @@ Content = str | bytes
 
 
 def write_whole(path: Path, content: Content) -> Path:
-    """Write a file, as `write_together` does."""
     write_together({path: content})
     return path
 

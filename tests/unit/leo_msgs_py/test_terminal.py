@@ -76,14 +76,6 @@ def test_every_console_is_one_that_obeys_nothing():
     assert [str(p) for p in files if p != mine and made.search(p.read_text())] == []
 
 
-def test_errors_spell_out(capsys):
-    def refuse(argv):
-        raise UserError(f'no joint {HARM}')
-
-    assert cli.executable(refuse)([]) == 2
-    assert capsys.readouterr().err == f'leo: error: no joint {SPELT}\n'
-
-
 def hostile_bag(folder: Path) -> Path:
     folder.mkdir()
     with (folder / 'bag_0.mcap').open('wb') as stream:

@@ -94,7 +94,6 @@ class Recorder:
             self._write(self._writer, topic, data, logged_ns, published_ns, number)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Set the `leo` record of this bag and those that follow."""
         if dict(metadata) != self._metadata:
             self._metadata = dict(metadata)
             if self._writer is not None:
@@ -255,7 +254,6 @@ def _has_stamp(topic: Topic, data: bytes) -> bool:
 
 
 def header_stamp(data: bytes) -> int:
-    """Return the stamp [ns] of a CDR message that starts with a header."""
     seconds, nanoseconds = struct.unpack_from('<iI' if data[1] else '>iI', data, 4)
     return int(seconds) * 1_000_000_000 + int(nanoseconds)
 

@@ -40,12 +40,10 @@ class Spool:
         return len(data)
 
     def flush(self) -> None:
-        """Hand all to the operating system; what it does not take now (OSError) waits."""
         while self._waiting:
             del self._waiting[: os.write(self._file.fileno(), self._waiting)]
 
     def read(self, offset: int, size: int) -> bytes:
-        """Bytes at an offset of the file, fewer at its end."""
         return os.pread(self._file.fileno(), size, offset)
 
     def tell(self) -> int:
@@ -201,7 +199,6 @@ class BagWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Hand all to the operating system; what it does not take now (OSError) waits."""
         self._writer.flush()
         self._flushed = time.monotonic()
         self.unsaved = 0

@@ -141,7 +141,6 @@ class GraphRecorder:
         return DiagnosticStatus.OK, f'recording {recorder.folder}'
 
     def close(self) -> None:
-        """Take what was sent before now and finish the bag."""
         for timer in self._timers:
             self._node.destroy_timer(timer)
         self._drain()
@@ -183,7 +182,6 @@ class GraphRecorder:
         self._log(self._recorder.troubles)
 
     def _log(self, troubles: Sequence[str]) -> None:
-        """Log a trouble when it begins, that of a second publisher once for each."""
         strangers = self._recorder.strangers
         known = [*self._troubles, *([TWO] if strangers == self._strangers else [])]
         fresh = [text for text in troubles if text not in known]
@@ -203,7 +201,6 @@ class GraphRecorder:
 
 
 def keeping_all(qos: QoSProfile) -> QoSProfile:
-    """Return what to subscribe with: as offered, but with a history that keeps everything."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_ALL, durability=qos.durability, reliability=qos.reliability
     )

@@ -4,6 +4,7 @@
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 import os
+from threading import Event
 from typing import Any
 
 from rclpy.node import Node
@@ -16,6 +17,7 @@ from leo_msgs_py.node import graph, listen, served_apart
 LOOK = 0.1  # longest time between two looks at what came [s]
 ROBOT = 'robot'  # how a robot node is called
 UNHEARD = 'no {} service answers: stop the robot at its own switch'
+PATIENCE = 1.0  # how long an answer to the e-stop is waited for [s]
 
 
 class LiveRobot:
@@ -39,9 +41,14 @@ class LiveRobot:
         listen(node, topics.DIAGNOSTICS, self._on_diagnostics)
         listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
 
-    def e_stop(self) -> None:
-        """Stop the robot; sent at once, the answer comes to `asked`."""
-        self._ask(self._stop)
+    def e_stop(self) -> Event:
+        """Stop the robot; sent at once, the answer comes to `asked`, and is told by an event."""
+        return self._ask(self._stop)
+
+    def stopped(self) -> str:
+        """Stop the robot and wait for its answer; why it is not known to have stopped, or ''."""
+        unheard = UNHEARD.format(self._stop.service_name)
+        return self.asked if self.e_stop().wait(PATIENCE) else unheard
 
     def release(self) -> None:
         self._ask(self._release)
@@ -49,13 +56,17 @@ class LiveRobot:
     def close(self) -> None:
         self._recording.close()
 
-    def _ask(self, client: Any) -> None:
+    def _ask(self, client: Any) -> Event:
         """Call a service without waiting for it, even where none has answered so far."""
+        answered = Event()
         self.asked = '' if client.service_is_ready() else UNHEARD.format(client.service_name)
-        client.call_async(topics.E_STOP.type.Request()).add_done_callback(self._answered)
 
-    def _answered(self, future: Any) -> None:
-        self.asked = '' if future.result().success else future.result().message
+        def take(future: Any) -> None:
+            self.asked = '' if future.result().success else future.result().message
+            answered.set()
+
+        client.call_async(topics.E_STOP.type.Request()).add_done_callback(take)
+        return answered
 
     def _on_stopped(self, message: Any) -> None:
         self.condition.e_stopped, self.asked = bool(message.data), ''

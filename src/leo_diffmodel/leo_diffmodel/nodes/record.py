@@ -40,7 +40,6 @@ def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> Re
 
 
 def told(recorded: Recorder) -> list[str]:
-    """What was recorded, and the command to look at it: a line each."""
     lost = f', {recorded.lost} lost' if recorded.lost else ''
     foreign = f', {recorded.foreign} of another robot left out' if recorded.foreign else ''
     return [

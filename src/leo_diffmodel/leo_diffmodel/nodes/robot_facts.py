@@ -31,7 +31,6 @@ class RobotFacts:
         self._known = {'robot': robot} if robot else {}
 
     def poll(self) -> dict[str, str]:
-        """Return what is known by now and ask again; the answer counts at the next call."""
         if self._future is not None and self._future.done():
             values = self._future.result().values
             if not values:  # rclpy answers nothing where it lacks one
@@ -48,7 +47,6 @@ class RobotFacts:
 
 
 def facts_of(values: Iterable[ParameterValue]) -> dict[str, str]:
-    """What the values of `FACTS` say, and whether the robot is held."""
     found = {name: _text(value) for name, value in zip(FACTS, values, strict=False)}
     known = {name: text for name, text in found.items() if text}
     return known | held_in(known)

@@ -93,6 +93,7 @@ def _serve(arguments: Namespace, robot: LiveRobot, source: Source, scene: Scene)
     from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
     from leo_diffmodel.watch.live.live import Live, LiveFinder
     from leo_diffmodel.watch.live.renewing import Renewing
+    from leo_diffmodel.watch.page.e_stop import own_way
     from leo_diffmodel.watch.page.live import LiveTab
     from leo_diffmodel.watch.state import State
 
@@ -107,7 +108,8 @@ def _serve(arguments: Namespace, robot: LiveRobot, source: Source, scene: Scene)
     server = _server(arguments, state, finder, partial(LiveTab, live=live))
     server.every(LOOK_MS, partial(_look, live, server))
     try:
-        server.run()
+        with own_way(robot.stopped, server.origin) as live.e_stop_url:
+            server.run()
     finally:
         live.sending.wait()
         renewing.end()

@@ -44,7 +44,6 @@ def draw(view: View, path: Path, report: Report) -> str:
 
 
 def _frames(view: View, report: Report) -> Iterator[Image.Image]:
-    """The pictures of a film: what stands still is drawn once."""
     drawn = Drawn(view, FILM, animated=True)
     canvas = FigureCanvasAgg(drawn.figure)
     canvas.draw()
@@ -183,7 +182,6 @@ def _style(axes: Any) -> None:
 
 
 def _legend(axes: Any, named: Sequence[tuple[str, Any]] = ()) -> None:
-    """Names above the axes, in one line: of these artists, or of all that have a label."""
     shown = {'labels': [n for n, _ in named], 'handles': [a for _, a in named]} if named else {}
     place = {'loc': 'lower left', 'bbox_to_anchor': (-0.01, 0.99), 'ncols': 4, 'frameon': False}
     look = {'handlelength': 2.2, 'columnspacing': 1.3, 'handletextpad': 0.6}

@@ -50,7 +50,6 @@ class Film:
         return replace(self, repaired=_predicted(model, self.windows))
 
     def frame(self, seconds: float) -> Frame:
-        """What to draw at a time on the timeline; the nearest there is."""
         w = max(0, int(np.searchsorted(self.time[:, 0], seconds, side='right')) - 1)
         k = int(np.argmin(np.abs(self.time[w] - seconds)))
         joints = self.windows.q.shape[-1]
@@ -92,7 +91,6 @@ class Player:
 
     @property
     def now(self) -> float:
-        """Where it is [s]."""
         if self._since is None:
             return self._from
         return (self._from + self.speed * (self.clock() - self._since)) % self.length

@@ -38,7 +38,6 @@ class Handle:
 
     @classmethod
     def of(cls, parameter: Parameter) -> Self:
-        """A handle of a parameter; an angle without limits turns once."""
         low = parameter.low if isfinite(parameter.low) else -pi
         high = parameter.high if isfinite(parameter.high) else pi
         return cls(parameter, low, high)
@@ -52,7 +51,6 @@ class Handle:
         return (-1.0 if self.low < self.anchor else 0.0, 1.0 if self.high > self.anchor else 0.0)
 
     def value(self, position: float) -> float:
-        """The value at a position, rounded to what one can see."""
         span = self.high - self.anchor if position > 0 else self.anchor - self.low
         size = abs(position) ** POWER * span
         return self.inside(self.anchor + (size if position > 0 else -size))
@@ -95,7 +93,6 @@ def _first(handle: Handle) -> float:
 
 
 def _tried(handle: Handle, value: float, width: float, points: int) -> np.ndarray:
-    """A value, and others so far to each side of it on the slider."""
     positions = np.linspace(*handle.ends, points)
     if width != 1.0:
         around = handle.position(value) + np.linspace(-width, width, points)

@@ -74,14 +74,12 @@ class NextRun(Worker):
 
     @property
     def hindrance(self) -> str:
-        """Why it cannot be asked for now; '' where it can."""
         if self._state.answer is None or self._finder.busy or self._finder.news.error:
             return FIRST
         return '' if self._finder.words else GONE
 
     @property
     def words(self) -> list[str]:
-        """The words after `leo` that play the run; none where there is none that can be played."""
         return self.plan.command(self.file) if self.plan else []
 
     @property
@@ -94,7 +92,6 @@ class NextRun(Worker):
 
     @property
     def said(self) -> str:
-        """Why there is no file of the run; '' where there is, or no run."""
         return self._unwritten if self.plan else ''
 
     def start(self) -> None:

@@ -54,7 +54,6 @@ def words(scene: Scene, setting: Setting) -> list[str]:
 
 
 def _hypothesis(scene: Scene, setting: Setting) -> tuple[Hypothesis, np.ndarray]:
-    """The effects in the order of the catalogue, and their values."""
     on = tuple(c for label, c in scene.candidates.items() if label in setting.on)
     theta = [setting.on[c.label][p.name] for c in on for p in c.parameters]
     return Hypothesis(on), np.array(theta, dtype=float)

@@ -84,13 +84,11 @@ class State:
         return bool(self._past)
 
     def switch(self, label: str, on: bool) -> None:
-        """Switch an effect on, first at the value that suits the training data best, or off."""
         now = self.setting
         if on != (label in now.on):
             self._set(now.having(label, self._first(label)) if on else now.without(label))
 
     def move(self, label: str, name: str, value: float) -> None:
-        """Give a parameter of an effect that is on another value; one drag is undone at once."""
         if self.setting.on[label][name] != value:
             again = self._moving == (label, name)
             self._set(self.setting.moved(label, name, value), not again, (label, name))
@@ -135,7 +133,6 @@ class State:
         self.notify()
 
     def look_ahead(self, seconds: float) -> None:
-        """Predict over another horizon [s], as far as there is one in the data."""
         if seconds == self.horizon:
             return
         self.horizon = seconds
@@ -178,7 +175,6 @@ class State:
             pass
 
     def _first(self, label: str) -> dict[str, float]:
-        """The values that an effect had, or else the best of a scan."""
         if label not in self._guessed:
             self._guessed[label] = guess(self.scene, self.model, self.scene.candidates[label])
         return self._guessed[label]
@@ -186,7 +182,6 @@ class State:
     def _set(
         self, setting: Setting, remember: bool = True, moving: tuple[str, str] | None = None
     ) -> None:
-        """Take other switches; `moving` is the parameter that is being dragged."""
         self._moving = moving
         if setting == self.setting:
             return

@@ -84,7 +84,6 @@ class View:
 
 
 def view_of(state: State, times: Array) -> View:
-    """The view at some times on the timeline [s], shape (F,)."""
     scene, film, (before, after) = state.scene, state.film, state.sizes
     return View(
         title=f'{scene.given.robot.name}: {source(scene.recordings)}',

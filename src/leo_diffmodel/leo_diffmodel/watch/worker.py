@@ -45,7 +45,6 @@ class Worker:
         return self._process is not None
 
     def begin(self, ask: Ask) -> None:
-        """Send it, unless it is under way."""
         if self.busy:
             return
         context = multiprocessing.get_context('spawn')
@@ -56,7 +55,6 @@ class Worker:
         there.close()
 
     def poll(self) -> bool:
-        """Take in what has come meanwhile; whether something did."""
         before = self.news
         try:
             while self._pipe and not self.news.over and self._pipe.poll():

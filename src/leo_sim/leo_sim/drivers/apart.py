@@ -92,7 +92,6 @@ class Apart:
             return self._answer(self._halts, 'halt')
 
     def _answer(self, line: Connection, method: str, *args: Any) -> Any:
-        """The result of a call; an answer to one that a signal interrupted is passed over."""
         number, answered = next(self._numbers), 0
         try:
             line.send((number, method, args))
@@ -175,7 +174,6 @@ class Served:
 
 
 def _known(error: Exception) -> Exception:
-    """An error as one that the other process knows, though a driver has a class of its own."""
     if isinstance(error, OSError) and error.errno is not None:
         return OSError(error.errno, error.strerror, error.filename)
     kind: type[Exception] = next(

@@ -254,7 +254,6 @@ class ServoDriver(ABC):
         """Raise TransientFault where an answer is of an earlier reading."""
 
     def _check_taken(self, blocks: Blocks) -> None:
-        """Look whether each motor has taken its command, since sync writes are unanswered."""
         for servo, sent, on in zip(self._ids, self._sent, self._on, strict=True):
             taken = self._motors.taken(blocks[servo], sent)
             if on and not (taken and not self._motors.seems_free(blocks[servo])):
@@ -272,7 +271,6 @@ class ServoDriver(ABC):
             )
 
     def _check_alerts(self, blocks: Blocks) -> None:
-        """Look at servos that say something is wrong; those that let go end the run."""
         for servo, block in blocks.items():
             if not block.error & self.alert:
                 self._conditions.pop(servo, None)

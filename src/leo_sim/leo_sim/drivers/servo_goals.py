@@ -116,7 +116,6 @@ class GoalUnits(MotorUnits):
             )
 
     def _shaped(self, k: int, bus: ServoLine, loop: OwnLoop) -> Iterator[str]:
-        """Have a servo follow at once, or as fast as goal_rate says; what it did before."""
         right = {'profile_acceleration': 0, 'profile_velocity': self._profile(k)}
         for name, count in right.items():
             bus.set(self.ids[k], name, count)

@@ -49,7 +49,6 @@ class ServoLine:
         self._port: Any = None
 
     def open(self) -> None:
-        """Open the port for this process alone; UserError says why it cannot be."""
         port: Any = type('Port', (Limits, self.port), {})(self._path)
         port.computer, port.slack = self._computer, CONFIGURE
         try:
@@ -87,7 +86,6 @@ class ServoLine:
         self._port.slack = slack
 
     def ping(self, servo: int) -> int | None:
-        """The model number of a servo; None where none answers."""
         try:
             (found,), _ = self._asked(servo, 'its model', self._packets.ping)
         except TransientFault:
@@ -115,7 +113,6 @@ class ServoLine:
             )
 
     def earlier(self, one: str, other: str) -> str:
-        """The register of two that comes first; '' is none."""
         return min(filter(None, (one, other)), key=lambda name: self._registers[name].address)
 
     def sync_read(self, servos: Sequence[int], first: str, last: str) -> tuple[float, Blocks]:
@@ -140,7 +137,6 @@ class ServoLine:
         return count * BITS / self._baud
 
     def sync_write(self, name: str, values: Mapping[int, int]) -> None:
-        """Write a register of several servos with one instruction, which nobody answers."""
         self.send(self.packet(name, values))
 
     def packet(self, name: str, values: Mapping[int, int]) -> bytes:
@@ -156,7 +152,6 @@ class ServoLine:
         self._port.ser.write(data)
 
     def _whole(self, size: int, result: int) -> int:
-        """The result of an answer, corrupt where it is that to another question."""
         if result == COMM_SUCCESS and self._packets.size != size:
             return COMM_RX_CORRUPT
         return result
@@ -164,7 +159,6 @@ class ServoLine:
     def _asked(
         self, servo: int, what: str, ask: Callable[..., Any], *args: Any, size: int | None = None
     ) -> tuple[list[Any], int]:
-        """Answer and error of an instruction to one servo, which may be repeated."""
         for _ in range(TRIES):
             self._port.is_using = False
             *answer, result, error = ask(self._port, servo, *args)

@@ -59,7 +59,6 @@ class SimulatedDriver:
         self._enabled[:] = on
 
     def reset(self) -> None:
-        """Put the robot into its start pose, which takes one control period."""
         period = max(1, round(self.info.control_period * self.info.state_rate))
         self._begin(self._start_pose, self._ticks + period)
         self.starts += 1

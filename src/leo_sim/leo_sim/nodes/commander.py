@@ -139,7 +139,6 @@ class Neighbours:
             )
 
     def _others(self) -> Counter[str]:
-        """Robots besides this one, which may have its name."""
         publishers = self._robot.get_publishers_info_by_topic(self._states)
         listeners = self._robot.get_subscriptions_info_by_topic(self._commands)
         robots = names_of(publishers) & names_of(listeners)

@@ -111,7 +111,6 @@ class Loop:
         self.topics.publish_state(self.state)
 
     def watch(self) -> None:
-        """Stop what must not be driven; called in the watchdog's thread."""
         applied = self.gate.watch()
         if applied is not None:
             self.topics.applied.publish(applied.to_message())

@@ -42,7 +42,6 @@ class Settings:
 
 
 def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
-    """Declare the parameters that drivers take; UserError: what was given is wrong."""
     given = partial(fixed_parameter, node)
     return DriverOptions(
         robot=load_robot(given('robot', robot)),

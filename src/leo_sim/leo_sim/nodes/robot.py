@@ -119,7 +119,6 @@ class RobotNode(Node):
                     self._loop.tick()
 
     def stop(self) -> bool:
-        """Leave the motors at 0; whether the driver did so."""
         try:
             self._driver.stop()
         except (DriverFault, UserError, OSError) as fault:

@@ -19,7 +19,6 @@ from leo_sim.drivers.safety import Safety
 
 
 def answered(action: Callable[[], str], _request: Any, response: Any) -> Any:
-    """Act, and fill a response with what was done or why it was not possible."""
     try:
         response.message, response.success = action(), True
     except (NotPossible, TransientFault) as error:
@@ -50,7 +49,6 @@ class Gate:
         self.failure = ''  # why it could not halt the motors when it last tried
 
     def write(self, blind: bool) -> list[Applied]:
-        """Send what safety allows now, 0 when blind; returns what was applied since the last."""
         with self._lock:
             values = self._safety.output(self._clock(), blind)
             driven = self._safety.drives(values)
@@ -84,7 +82,6 @@ class Gate:
         return applied
 
     def _halted(self) -> list[Applied | None]:
-        """What the driver's process has applied by itself, while this one was silent."""
         if not isinstance(self._driver, Apart):
             return []
         halted, self._driver.halted = self._driver.halted, []

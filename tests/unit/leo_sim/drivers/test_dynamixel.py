@@ -226,18 +226,6 @@ def test_a_lost_packet_is_a_fault_that_passes_and_a_silent_servo_is_named(leo):
         driver._bus.sync_read([3], 'present_pwm', 'present_temperature')
 
 
-def test_a_command_that_got_lost_is_noticed_at_the_next_reading(leo, monkeypatch):
-    _, driver = leo
-    driver.write(np.zeros(6))
-    with monkeypatch.context() as lost:
-        lost.setattr(driver._bus, 'send', lambda data: None)
-        driver.write(np.full(6, 2.0))
-    with pytest.raises(TransientFault, match='has not taken the last command'):
-        driver.read()
-    driver.write(np.full(6, 1.0))
-    driver.read()
-
-
 def test_an_answer_of_an_earlier_reading_is_refused(leo):
     _, driver = leo
     servo, (tick, sent) = next(iter(driver._ticks.items()))
@@ -262,24 +250,6 @@ def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatc
         with pytest.raises(TransientFault, match=r'servo 8 \(base_x\)'):
             driver.read()
     assert not left
-
-
-@pytest.mark.parametrize(
-    ('break_it', 'said'),
-    [
-        (lambda rig: rig.bus.servos[3].fail(0x04), r'servo 3 .* has let go: too hot; it is free'),
-        (lambda rig: rig.bus.servos[3].fail(0x20), 'has let go: overloaded'),
-        (lambda rig: rig.bus.servos[3].restart(), 'servo 3 .* free though nobody asked'),
-    ],
-)
-def test_a_servo_that_lets_go_ends_the_run(leo, break_it, said):
-    rig, driver = leo
-    driver.write(np.full(6, 1.0))
-    driver.read()
-    rig.order(lambda: break_it(rig))
-    with pytest.raises(DriverFault, match=said) as raised:
-        driver.read()
-    assert not isinstance(raised.value, TransientFault)
 
 
 def test_a_supply_out_of_range_is_told_and_the_robot_goes_on(leo):

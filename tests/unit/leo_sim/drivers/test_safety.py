@@ -10,9 +10,8 @@ from tests.robots import like
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers.base import DriverFault, DriverOptions, robot_info
+from leo_sim.drivers.base import DriverFault, robot_info
 from leo_sim.drivers.safety import BadCommand, Faults, GoalSafety, Safety, safety_for
-from leo_sim.drivers.simulated import SimulatedDriver
 
 LIMITS = (7.4, 3.0)
 finite = st.floats(-300.0, 300.0)
@@ -208,22 +207,6 @@ def test_bounds_are_the_limit_and_the_stops(tmp_path):
     stops = '"revolute"><limit lower="-0.5" upper="9" effort="1" velocity="1"/>'
     stopped = like(ROBOT, tmp_path, ('"continuous">', stops))
     assert robot_info(stopped).bounds.tolist() == [[-0.5], [np.pi]]
-
-
-def test_the_simulated_servo_is_free_without_a_goal_and_says_so():
-    driver = SimulatedDriver(DriverOptions(ROBOT, engine='rigid'))
-    applied = driver.write(np.array([np.nan]))
-    assert np.isnan(applied.nan_where_free).all()
-    applied = driver.write(np.array([9.0]))
-    assert applied.nan_where_free.tolist() == [np.pi]
-    message = applied.to_message()
-    assert list(message.position) == [np.pi] and not list(message.effort)
-    assert applied.from_message(message, 'position').values.tolist() == [np.pi]
-    for _ in range(300):
-        driver.advance(0.01)
-    assert driver.read().position[0] > 1.0
-    driver.set_torque(False)
-    assert not driver.write(np.array([1.0])).enabled.any()
 
 
 def test_a_good_period_begins_the_count_anew():

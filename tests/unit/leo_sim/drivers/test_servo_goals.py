@@ -191,6 +191,7 @@ def test_a_goal_that_got_lost_is_noticed_at_the_next_reading(servo, monkeypatch)
         (lambda servo: servo.restart(), 'free though nobody asked'),
         (lambda servo: servo.set('torque_enable', 0), 'free though nobody asked'),
         (lambda servo: servo.fail(0x20), 'let go: overloaded; it is free, the others are freed'),
+        (lambda servo: servo.fail(0x04), 'let go: too hot; it is free'),
     ],
 )
 def test_a_servo_that_lets_go_ends_the_run(servo, break_it, said):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated robot behind the driver contract, with and without something hidden in it."""
 
-import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -93,14 +92,6 @@ def test_zero_volts_brakes_and_a_free_motor_does_not():
         swing(driver, 30, volts=0.0)
         speeds.append(abs(driver.read().velocity[0]) + abs(driver.read().position[0] - np.pi))
     assert speeds[0] < 0.8 * speeds[1]
-
-
-def test_write_says_what_was_applied():
-    driver = SimulatedDriver(options())
-    assert driver.write(np.array([99.0])).values.tolist() == [3.0]
-    driver.set_torque(False)
-    applied = driver.write(np.array([1.0]))
-    assert applied.values.tolist() == [0.0] and applied.enabled.tolist() == [False]
 
 
 def test_reset_starts_anew_one_control_period_later():
@@ -204,14 +195,6 @@ def test_wrong_hidden_settings_are_one_line(tmp_path, monkeypatch, private, said
 def test_wrong_options_are_refused(change, said):
     with pytest.raises(UserError, match=said):
         SimulatedDriver(options(**change))
-
-
-def test_info_says_what_the_node_needs():
-    info = SimulatedDriver(options(state_rate=200.0)).info
-    shown = dataclasses.asdict(info)
-    assert shown['joints'] == shown['actuators'] == ('pivot',)
-    assert (info.interface, info.state_rate, info.control_period) == ('voltage', 200.0, 0.05)
-    assert info.limits.tolist() == [3.0] and info.own_clock and '<robot' in info.urdf
 
 
 def test_another_start_pose_is_taken_up_at_once_as_after_a_restart():

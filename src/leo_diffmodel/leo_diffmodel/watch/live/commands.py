@@ -92,7 +92,6 @@ class RecordingSwitch(Command):
         return f'recorded {self.bag}'
 
     def start(self) -> None:
-        """Begin a bag of its own, unless one is being recorded; UserError: there is no folder."""
         if self._folder is None:
             raise UserError(NOWHERE)
         if self.on:
@@ -153,7 +152,6 @@ class Sending(Command):
         self._question = None
 
     def yes(self) -> None:
-        """Send it; UserError: nobody asked, or too long ago."""
         run, self._question = self.question, None
         if self.on:
             return

@@ -28,7 +28,7 @@ class Robot(Protocol):
     condition: Condition
     asked: str
 
-    def e_stop(self) -> None: ...
+    def e_stop(self) -> object: ...
 
     def release(self) -> None: ...
 
@@ -42,6 +42,7 @@ class Live:
     renewing: Renewing
     sending: Sending = field(default_factory=Sending)
     said: str = ''
+    e_stop_url: str = ''  # where a browser asks for it
 
     def look(self) -> None:
         """Take in what is new; an e-stop, whoever asked for it, ends a run that is sent."""
@@ -58,7 +59,6 @@ class Live:
                 self.recording.start()
 
     def send(self) -> None:
-        """Send the run that was asked about, unless the robot is stopped or silent."""
         with self._saying():
             if self.robot.condition.e_stopped:
                 raise UserError(STOPPED)
@@ -105,7 +105,6 @@ class LiveFinder(Finder):
         self._passing: Path | None = None
 
     def start(self) -> None:
-        """Keep what is measured now, and search it; say why where it cannot be kept."""
         if self.busy:
             return
         try:

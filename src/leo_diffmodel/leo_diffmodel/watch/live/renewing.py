@@ -109,7 +109,6 @@ class Source:
     step: float | None = None
 
     def scene(self, contents: BagContents) -> Scene:
-        """What the page shows of the messages; OtherRobot, or UserError where they are too few."""
         refuse_other(contents.metadata.get('leo', {}).get('robot', ''), self.model.robot)
         recording = assembled(contents, self.model.robot, self.mapping)
         return Scene.of([recording], self.model, (), self.extra, self.step)

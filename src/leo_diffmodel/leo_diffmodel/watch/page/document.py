@@ -71,7 +71,6 @@ class Tab:
             self._state.notify()
 
     def _changed(self) -> None:
-        """Show what changed as soon as this tab's turn comes, once for several changes."""
         if not self._waiting:
             self._waiting = True
             self._document.add_next_tick_callback(self._draw)

@@ -97,7 +97,6 @@ class OverTimeView:
         self.tick()
 
     def follow_taps(self) -> None:
-        """Go where one taps; a copy of the page has nobody to ask."""
         self.plot.on_event(Tap, lambda event: self._state.go(self._meant(event.x)))
 
     def tick(self) -> None:
@@ -121,7 +120,6 @@ class OverTimeView:
             plot.add_layout(BoxAnnotation(left=begin, right=end, **band))
 
     def _meant(self, seconds: float) -> float:
-        """The begin of the worst window that was tapped, or the time itself."""
         marks = np.asarray(self._marks.data['time'])
         nearest = int(np.argmin(np.abs(marks - seconds)))
         near = abs(marks[nearest] - seconds) < NEAR * self._state.player.length

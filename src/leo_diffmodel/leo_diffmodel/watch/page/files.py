@@ -119,7 +119,6 @@ class _Drawing(_File):
 
 
 def numbers(state: State) -> str:
-    """Errors against horizon and over time of every state, and the values that are set."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator='\n')
     writer.writerow(HEAD)

@@ -18,6 +18,7 @@ from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.document import Page, Tab
+from leo_diffmodel.watch.page.e_stop import pressed
 from leo_diffmodel.watch.page.look import button, legend, ROBOTS, said, small, WIDE, WORDS, wrong
 from leo_diffmodel.watch.page.next_run import (
     HEIGHT,
@@ -41,6 +42,7 @@ class LiveView:
     def __init__(self, state: State, live: Live) -> None:
         self._live, self._strips = live, StripsView(state)
         stop = button('E-STOP', 'e-stop', live.robot.e_stop, button_type='danger', width=120)
+        stop.js_on_click(pressed(live.e_stop_url))
         self._release = button('Release e-stop', 'release', live.robot.release, width=120)
         self._record = button('', 'record', live.switch_recording, self.tick, width=120)
         self._freeze = button('', 'freeze', live.renewing.toggle, width=120)
@@ -102,7 +104,6 @@ class SendView:
             sending.ask(Sent(tuple(self._next.words), plan.run.name, plan.seconds))
 
     def _asked(self) -> str:
-        """The question; what the player is doing where there is none."""
         sending, recording = self._live.sending, self._live.recording
         if (run := sending.question) is None:
             return ' '.join(filter(None, [sending.words, STOPPED if self._stopped else '']))

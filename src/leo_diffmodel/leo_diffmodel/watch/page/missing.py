@@ -115,7 +115,6 @@ class _Ranking:
 
 
 def _said(places: Where) -> str:
-    """The joints with most of the error, and what differs with direction."""
     if places.noise_only:
         return NOISE_ONLY
     joints = sorted(places.joints, key=lambda r: -r['share'])[:MOST_JOINTS]
@@ -180,7 +179,6 @@ class MissingView:
             self._draw(missing, both.curve)
 
     def _choose(self, missing: MissingTorque) -> None:
-        """A first joint, and another where nothing shows of the one that was chosen."""
         chosen = self._state.chosen
         if chosen is None or chosen[0] not in _joints(missing):
             self._state.chosen = self._matters(missing, binned.lacking(missing)[0])
@@ -214,6 +212,5 @@ class MissingView:
 
 
 def _joints(missing: MissingTorque) -> list[int]:
-    """Those of which enough shows to be drawn; the foremost where none does."""
     count = missing.seen.sum(axis=0)
     return [j for j, n in enumerate(count) if n >= binned.FEWEST] or binned.lacking(missing)[:1]

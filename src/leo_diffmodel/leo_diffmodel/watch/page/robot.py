@@ -83,7 +83,6 @@ class RobotView:
         return plot
 
     def _ghosts(self) -> list[ColumnDataSource]:
-        """Sources of the two models, and of the measured robot above them."""
         sources = []
         for name, stroke, width, alpha in GHOSTS:
             sources.append(ColumnDataSource({'xs': [], 'ys': []}, name=f'robot {name}'))

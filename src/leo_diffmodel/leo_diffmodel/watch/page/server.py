@@ -13,12 +13,12 @@ from bokeh.server.server import Server
 from tornado.ioloop import PeriodicCallback
 
 from leo_diffmodel.watch.page.document import Page
+from leo_diffmodel.watch.page.e_stop import HERE
 from leo_diffmodel.watch.page.files import routes
 from leo_diffmodel.watch.page.leaving import application
 from leo_msgs_py.errors import UserError
 
 OpenTab = Callable[[Document, Page], object]
-HERE = '127.0.0.1'
 TOKEN_BYTES = 16
 POLL_MS = 200
 PAUSE, SHORT_PAUSE = 0.05, 0.01
@@ -46,7 +46,8 @@ class WatchServer:
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'
             ) from error
         self.port: int = self._server.port
-        self.url = f'http://localhost:{self.port}/{token}/'
+        self.origin = f'http://localhost:{self.port}'
+        self.url = f'{self.origin}/{token}/'
         page.state.listeners.append(self._follow)
 
     def every(self, milliseconds: float, action: Callable[[], None]) -> None:
@@ -92,7 +93,6 @@ class WatchServer:
             self._server.io_loop.call_later(SHORT_PAUSE, self._go_on)
 
     def _poll(self) -> None:
-        """Pass on what the search says to all tabs, and the run to record next."""
         self._page.next_run.look()
         finder = self._page.finder
         if not finder.poll():

@@ -74,7 +74,6 @@ class ActionsView:
         return Markup('<b>{verdict}</b>: {sentence}').format(**self._state.answer.data)
 
     def _typed(self) -> str:
-        """The command that writes the same model, while it was all done by hand."""
         state = self._state
         if not state.setting.on or (state.answer and state.setting == state.answer.setting):
             return ''
@@ -107,7 +106,6 @@ class CatalogueView:
         self.lengthen()
 
     def lengthen(self) -> bool:
-        """Add some lines; whether there are more."""
         new = [_Line(self._state, c) for c in self._left[:AT_ONCE]]
         self._left = self._left[AT_ONCE:]
         for line in new:

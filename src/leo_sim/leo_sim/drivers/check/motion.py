@@ -139,7 +139,6 @@ def _rest(trial: Trial) -> None:
 
 
 def _push(trial: Trial, k: int, moving: Moving) -> Push:
-    """Push an actuator the way that has more room, harder each time, until its joint moves."""
     name = trial.info.actuators[k]
     joint = trial.info.joints.index(name)
     for count in range(1, PUSHES + 1):
@@ -191,7 +190,6 @@ def _possible(trial: Trial, state: JointStates) -> State:
 
 
 def _check_told(trial: Trial, push: Push, k: int) -> None:
-    """What was applied at a push, if the driver knows it, is about what was commanded."""
     told = [applied.values[k] for applied in push.applied if applied is not None]
     asked = push.command[k] - trial.hold[k]
     shares = (np.array(told) - trial.hold[k]) / asked

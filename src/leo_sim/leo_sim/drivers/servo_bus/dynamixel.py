@@ -173,7 +173,6 @@ class Bus:
             servo.write(address, data)
 
     def _in_turn(self, ids: bytes) -> Iterator[tuple[int, Servo]]:
-        """The servos that answer one after another, up to the first that does not."""
         for number in ids:
             servo = self._awake().get(number)
             if servo is None:

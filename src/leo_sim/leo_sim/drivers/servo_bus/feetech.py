@@ -14,7 +14,6 @@ RANGE = 0x80  # what is not there is not answered; the SDK takes no error of thi
 
 
 def encoded(servo: int, code: int, data: bytes = b'') -> bytes:
-    """A packet's bytes; `code` is an instruction, or the error of a status."""
     body = bytes([servo, len(data) + 2, code]) + data
     return HEADER + body + bytes([~sum(body) & 0xFF])
 

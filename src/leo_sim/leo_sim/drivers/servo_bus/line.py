@@ -93,11 +93,9 @@ class Reader:
         return found
 
     def clear(self) -> None:
-        """Forget what came of a packet, as a silence on the bus makes a servo do."""
         self._bytes = b''
 
     def _next(self) -> bytes | None:
-        """The bytes that the next packet would have; None while they are not all there."""
         header = self._framing.header
         start = self._bytes.find(header)
         self._bytes = self._bytes[start if start >= 0 else 1 - len(header) :]

@@ -62,7 +62,6 @@ class Plant(SimulatedDriver):
         self.measure()
 
     def run_to(self, seconds: float) -> None:
-        """Integrate up to a time [s] with what the registers say now."""
         while seconds - self.seconds > 1e-6:
             self.drive()
             driving = self._input if self.info.goals is None else self._enabled  # goal 0 is one
@@ -89,7 +88,6 @@ class Plant(SimulatedDriver):
         self.volts = np.where(self._enabled, self._input, np.nan)
 
     def measure(self) -> None:
-        """Put what the sensors say into the registers; a supply out of range is an error."""
         q, dq = self._model.sense(self._state)
         if self._loops is not None:  # of motors that follow goals, -1 to 1
             duty = self._loops.duty(self._input, self._state.q, self._state.dq)
@@ -112,7 +110,6 @@ class Plant(SimulatedDriver):
                 servo.set('present_current', round(current / servo.model.current_unit))
 
     def _value(self, joint: str, servo: Servo) -> float | None:
-        """What a servo puts on its motor: V, N m or a goal [rad]; None leaves it free."""
         file, kind = self._files[joint], self.robot.input
         if kind == 'position':
             if (goal := servo.goal) is None:
@@ -126,7 +123,6 @@ class Plant(SimulatedDriver):
 
     @property
     def _on_motors(self) -> np.ndarray:
-        """What is on the motors, V (N m), (A,), whatever asks for it."""
         return self._input if self._loops is None else self._duty * self.supply
 
     def _pwm(self, joint: str, servo: Servo) -> int:
@@ -138,7 +134,6 @@ class Plant(SimulatedDriver):
         return self._files[joint].direction * round(duty * servo.model.pwm_of_supply)
 
     def _currents(self, dq: np.ndarray) -> dict[str, float]:
-        """Current in each motor [A], positive along its joint."""
         found, volts = {}, self._on_motors
         for k, actuator in enumerate(self.robot.actuators):
             servo, file = self.servos[actuator.joint], self._files[actuator.joint]
