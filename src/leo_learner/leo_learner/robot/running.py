@@ -32,8 +32,6 @@ SAID_SECONDS = 0.5  # within it a robot in real time says where its servos are h
 
 
 class RunningRobot:
-    """The node `robot`, through a node of ours that has joined the graph."""
-
     def __init__(self, node: Node) -> None:
         self.node = node
         self.facts: dict[str, str] = {}  # what it says about itself, as bags say it; set by `ask`
@@ -89,7 +87,6 @@ class RunningRobot:
             recording.close()
 
     def _facts(self, names: tuple[str, ...]) -> dict[str, str]:
-        """What these parameters say; rclpy answers nothing where it lacks one."""
         request = GetParameters.Request(names=list(names))
         return facts_of(self._call(GetParameters, 'robot/get_parameters', request).values)
 

@@ -67,7 +67,6 @@ class ServoClock:
         return min(sent + late, answered) if late > TELLS else sent
 
     def _mean(self, ticks: Mapping[int, int]) -> float:
-        """Mean of the servos' clocks since the first reading [s]."""
         for servo, tick in ticks.items():
             passed = (tick - self._ticks.get(servo, tick)) % TICKS
             self._seconds[servo] = self._seconds.get(servo, 0.0) + passed / 1e3

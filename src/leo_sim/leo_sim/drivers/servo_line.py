@@ -83,11 +83,9 @@ class ServoLine:
         return self._port.ser.fileno()
 
     def wait_at_most(self, slack: float) -> None:
-        """Let an answer take so long [s] on top of the time of its bytes."""
         self._port.slack = slack
 
     def ping(self, servo: int) -> int | None:
-        """The model number of a servo; None where none answers."""
         try:
             (found,), _ = self._asked(servo, 'its model', self._packets.ping)
         except TransientFault:

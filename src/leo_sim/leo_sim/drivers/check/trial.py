@@ -67,7 +67,6 @@ class Trial:
         return self._patiently(self.driver.read)
 
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:
-        """One period: read, write, advance, and wait where the driver's time is the wall's."""
         began = self.computer.monotonic()
         state = self.read()
         sent = self.info.rest if values is None else values

@@ -93,7 +93,6 @@ class Reader:
         return found
 
     def clear(self) -> None:
-        """Forget what came of a packet, as a silence on the bus makes a servo do."""
         self._bytes = b''
 
     def _next(self) -> bytes | None:

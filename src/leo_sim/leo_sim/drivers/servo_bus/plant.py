@@ -62,7 +62,6 @@ class Plant(SimulatedDriver):
         self.measure()
 
     def run_to(self, seconds: float) -> None:
-        """Integrate up to a time [s] with what the registers say now."""
         while seconds - self.seconds > 1e-6:
             self.drive()
             driving = self._input if self.info.goals is None else self._enabled  # goal 0 is one
@@ -126,7 +125,6 @@ class Plant(SimulatedDriver):
 
     @property
     def _on_motors(self) -> np.ndarray:
-        """What is on the motors, V (N m), (A,), whatever asks for it."""
         return self._input if self._loops is None else self._duty * self.supply
 
     def _pwm(self, joint: str, servo: Servo) -> int:
@@ -138,7 +136,6 @@ class Plant(SimulatedDriver):
         return self._files[joint].direction * round(duty * servo.model.pwm_of_supply)
 
     def _currents(self, dq: np.ndarray) -> dict[str, float]:
-        """Current in each motor [A], positive along its joint."""
         found, volts = {}, self._on_motors
         for k, actuator in enumerate(self.robot.actuators):
             servo, file = self.servos[actuator.joint], self._files[actuator.joint]

@@ -56,7 +56,6 @@ class Rig:
         plant.connect()
 
     def order(self, act: Callable[[], None]) -> None:
-        """Have something done between two packets, by the thread that serves."""
         self._orders.put(act)
 
     def serve(self, data: bytes, now: float) -> Iterator[tuple[float, bytes]]:
@@ -186,7 +185,6 @@ class Terminal(Rig):
             tell(self._ends[0], self._listened)
 
     def _now(self) -> float:
-        """Time since the start [s], less what was not caught up."""
         now = self._computer.monotonic() - self.began
         late = now - self._looked
         if late > STALL:

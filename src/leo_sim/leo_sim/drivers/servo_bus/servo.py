@@ -74,7 +74,6 @@ class Servo:
         self._heard = now
 
     def watch(self, now: float) -> None:
-        """Stop if nothing passed on the bus for as long as the bus watchdog waits."""
         limit = self.get('bus_watchdog') * servos.WATCHDOG_UNIT
         if limit > 0 and self.get('torque_enable') and now - self._heard > limit:
             self._stop()
@@ -120,7 +119,6 @@ class Servo:
         return self.get('goal_position')
 
     def _objection(self, name: str, value: int) -> int:
-        """The error of a value that cannot be written, 0 of one that can."""
         register = self._registers[name]
         if not register.writable or (register.kept and self.get('torque_enable')):
             return ACCESS
