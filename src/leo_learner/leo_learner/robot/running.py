@@ -37,7 +37,6 @@ class RunningRobot:
         self.facts: dict[str, str] = {}  # what it says about itself, as bags say it; set by `ask`
 
     def ask(self) -> Robot:
-        """Which robot it is; UserError where there is none, or it does not say."""
         self.facts = self._facts(FACTS) or self._facts(FACTS[:1])
         if 'robot' not in self.facts:
             raise UserError('the node /robot does not say which robot it is (parameter robot)')

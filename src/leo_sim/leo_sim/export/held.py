@@ -71,7 +71,6 @@ def _part(
 
 
 def _simulated(written: Model, format_name: str) -> Model:
-    """The model as it moves where the figures that a format does not hold are gone."""
     robot, speaks, values = written.robot, needs.SPEAKS[format_name], dict(written.constants)
     gone = {'resolution': 0.0} | ({} if needs.RAMP in speaks else {'goal_rate': np.inf})
     if needs.ARMATURE not in speaks:

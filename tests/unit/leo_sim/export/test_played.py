@@ -47,7 +47,6 @@ def commands(model, count, share):
 
 
 def by_model(model, state, inputs):
-    """What the encoders read, angles and rates, (K, 2 J)."""
     return np.concatenate(stepped(model, inputs, model.robot.control_period, state), axis=1)[1:]
 
 
