@@ -109,11 +109,9 @@ class Algorithm5:
 
     @property
     def best(self) -> Path:
-        """The policy that drives the robot: no other had a better test there."""
         return self._round(self.done.driver) / POLICY
 
     def policies(self) -> list[Path]:
-        """Of the rounds that were tested."""
         return [self._round(update) / POLICY for update in range(len(self.done.tests))]
 
     def _train(self) -> bool:

@@ -121,7 +121,6 @@ def test_policy_of_another_robot_or_no_policy(policy, model, tmp_path):
 
 
 def respelled(policy, target, weights=None, **texts):
-    """A policy file with other texts in its metadata, or its first weight something else."""
     with safe_open(policy, framework='pt') as file:
         metadata = file.metadata()
         tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118

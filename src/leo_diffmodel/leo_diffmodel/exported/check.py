@@ -101,10 +101,7 @@ def _in_mujoco(played: Any, windows: Windows) -> np.ndarray:
     states = []
     for i in range(windows.count):
         steps = Steps(windows.inputs[i], windows.enabled[i], windows.dt[i])
-        past = None
-        if windows.history is not None:
-            q, dq, inputs, enabled, dt = (part[i] for part in windows.history)
-            past = np.concatenate([q, dq], axis=-1), Steps(inputs, enabled, dt)
+        past = windows.history and Steps(*(part[i] for part in windows.history[2:]))
         start, held = windows.measured[i, 0], bool(windows.held[i])
         states.append(played.window(start, steps, past, held))
     return np.stack(states)

@@ -68,7 +68,6 @@ RECOMMENDED_WALKING = replace(
 
 
 def configuration(name: str, robot: Robot) -> Config:
-    """The configuration `thesis` or `recommended` for a robot; UserError for another name."""
     if name not in NAMES:
         raise UserError(f'no configuration {name!r}; give {" or ".join(NAMES)}')
     if robot.feet:
@@ -77,5 +76,4 @@ def configuration(name: str, robot: Robot) -> Config:
 
 
 def default_steps(name: str, robot: Robot) -> int:
-    """Transitions that a training takes where nothing else is said."""
     return 300_000 if robot.feet else {'recommended': 10_000, 'thesis': 50_000}[name]

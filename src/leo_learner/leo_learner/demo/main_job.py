@@ -51,8 +51,6 @@ class Found:
 
 
 class MainJob:
-    """The steps of the main job in their order; `data` is a folder of recorded robots."""
-
     def __init__(self, folder: Path, plan: Plan, console: Console, data: Path | None) -> None:
         self._folder, self._plan, self._console, self._data = folder, plan, console, data
         self.found = Found()
@@ -115,7 +113,6 @@ class MainJob:
         return mean is None or bool(mean['after'] > ENOUGH * mean['noise_floor'])
 
     def _with_difference(self) -> str:
-        """The repaired model with a difference model for what no effect explains."""
         self._say('   the rest is learned by the difference model')
         weights = self._folder / 'rollout.difference' / 'difference-001.safetensors'
         self._start_diffmodel(self._path('repair/model.yaml'), record=False)
@@ -158,7 +155,6 @@ class MainJob:
         return self._path(name, 'policy.safetensors')
 
     def _begin_measured(self) -> bool:
-        """Start the repair of the real pendulum's model; say whether there are recordings."""
         if self._data is None or not (logs := sorted((self._data / RIG).glob(LOGS))):
             return False
         self._say('   meanwhile: the model of the real pendulum is repaired from its recordings')
@@ -209,13 +205,11 @@ def closing(found: Found, folder: Path, console: Console) -> None:
 
 
 def watching(folder: Path) -> list[str]:
-    """The command of the live page on what a main job recorded."""
     rollout, out = (str(folder.resolve() / name) for name in ('rollout', 'watch'))
     return ['leo', 'watch', rollout, '--model', 'pendulum', '-o', out]
 
 
 def named(answer: Mapping[str, Any]) -> str:
-    """Verdict and effects of an explain.json, each with what it may be confused with."""
     if not answer['effects']:
         return f'{answer["verdict"]}: {answer["sentence"]}'
     lines = [described(effect) + _confusable(effect) for effect in answer['effects']]

@@ -58,7 +58,6 @@ class Processes(AbstractContextManager['Processes']):
         self._running: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str, *words: str, files: Sequence[int] = ()) -> None:
-        """Start `leo WORDS` in the background, output to `name`.log; it inherits `files`."""
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(
                 leo_process(*words),

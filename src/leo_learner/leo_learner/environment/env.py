@@ -104,7 +104,6 @@ class ModelEnv(RobotSpaces):
 
 
 def model_env(model: Model) -> ModelEnv:
-    """The environment of a model with its difference model, if any (`load_difference`)."""
     if model.difference_model is None:
         return ModelEnv(model)
     difference = load_difference(model.difference_model, model)

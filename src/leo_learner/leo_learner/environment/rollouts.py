@@ -47,7 +47,6 @@ class Rollouts(gymnasium.Wrapper):
         return observation, float(reward), terminated, truncated, info
 
     def recording(self) -> Recording:
-        """The episodes of two steps or more."""
         robot = self.model_env.robot
         return Recording(
             path=Path('in-process'),
@@ -63,7 +62,6 @@ class Rollouts(gymnasium.Wrapper):
         )
 
     def write(self, folder: Path) -> None:
-        """Move the episodes so far into a bag; UserError where none of them has two steps."""
         robot = self.model_env.robot
         runs = runs_of(self.recording())
         if not runs:
@@ -85,8 +83,6 @@ def _episode(rows: Rows, period: float) -> Episode:
 
 @dataclass(frozen=True)
 class Left:
-    """How one episode left the data of a difference model."""
-
     seconds: float | None  # from its start to the first step outside [s]; None where none is
     channel: str | None  # what was furthest from the data then, as `left_knee rate`
     share: float  # of its steps that are outside

@@ -94,7 +94,6 @@ class Sym(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):
         return self._observe(), info
 
     def step(self, action: np.ndarray) -> Step:
-        """Hold the voltages of stance hip, swing hip and swing knee for one control period."""
         volts = self._map.volts(np.asarray(action, float), self._robot_env.sensed.q, self.stance)
         _, reward, terminated, truncated, info = self.env.step(volts)
         return self._observe(), float(reward), terminated, truncated, info

@@ -33,7 +33,6 @@ class Walk:
 
 
 def walks(robot: Robot) -> bool:
-    """Whether a robot has the two feet and the motors that these figures need."""
     return len(robot.feet) == 2 and robot.input == 'voltage'
 
 
@@ -66,7 +65,6 @@ def footsteps(gait: Gait, q: np.ndarray) -> list[float]:
 
 
 def passes(gait: Gait, q: np.ndarray) -> int:
-    """How often one ankle passes the other; q is (T, J)."""
     apart = gait.stride(q, 0)
     side = np.sign(apart[np.abs(apart) > PAST])
     return int(np.sum(side[1:] != side[:-1]))

@@ -57,7 +57,6 @@ def _unwritten(folder: Path, error: OSError) -> UserError:
 
 
 def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
-    """Put a training run where it was; UserError for the checkpoint of another run, or none."""
     path = newest(folder)
     try:
         counters = json.loads((path / 'run.json').read_text())
@@ -90,7 +89,6 @@ def start_from(folder: Path, training: Training) -> None:
 
 
 def newest(folder: Path) -> Path:
-    """The checkpoint in a folder; UserError where there is none."""
     found = sorted(folder.glob(f'{PREFIX}*'))
     if not found:
         raise UserError(f'{folder} has no checkpoint; {leo("learn", "-o", folder)} writes one')
@@ -111,7 +109,6 @@ def _counters(training: TrainingLoop) -> dict[str, object]:
 
 
 def _on(training: TrainingLoop) -> Physics:
-    """What is trained on; nothing where the environment is somebody else's."""
     return getattr(training.env.unwrapped, 'made_of', {})
 
 

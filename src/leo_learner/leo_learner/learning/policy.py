@@ -108,12 +108,10 @@ def shipped() -> dict[str, Path]:
 
 
 def driven(env: gymnasium.Env, actions: str) -> gymnasium.Env:
-    """The environment whose actions are `full` or `sym`; UserError for the sym of no LEO."""
     return Sym(env) if actions == 'sym' else env
 
 
 def observation_names(robot: Robot, actions: str = 'full') -> tuple[str, ...]:
-    """What each number of an observation is; Sym's are the same for all robots."""
     if actions == 'sym':
         return OBSERVED
     if robot.observation:
@@ -122,7 +120,6 @@ def observation_names(robot: Robot, actions: str = 'full') -> tuple[str, ...]:
 
 
 def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
-    """Write the best policy by test of a training run."""
     actions = getattr(training.env, 'actions', 'full')
     metadata = {
         'kind': 'policy',

@@ -90,7 +90,6 @@ class RobotEnv(RobotSpaces):
         self._wait(self._reset.service_is_ready, ROBOT)  # it may have gone meanwhile
 
     def _name_of_robot(self) -> str:
-        """What the node /robot says that it is; '' where it says nothing, as others need not."""
         if not self._parameters.service_is_ready():
             return ''
         answer = self._call(self._parameters, GetParameters.Request(names=FACTS[:1]), 'its name')
@@ -126,7 +125,6 @@ class RobotEnv(RobotSpaces):
         return self._latest if arrived() else None
 
     def _call(self, client: Any, request: Any, what: str) -> Any:
-        """What a service of the robot answers; None where it does not."""
         future = client.call_async(request)
         return future.result() if self._wait(future.done, what, limit=5.0) else None
 
@@ -181,7 +179,6 @@ class RobotEnv(RobotSpaces):
         return True
 
     def _remind(self, what: str, waited: float) -> None:
-        """Say what is waited for; UserError where states came for long and never one of use."""
         unusable = self._states.unusable
         if unusable and self._latest is None and waited > REMIND:
             raise unusable

@@ -32,14 +32,11 @@ SAID_SECONDS = 0.5  # within it a robot in real time says where its servos are h
 
 
 class RunningRobot:
-    """The node `robot`, through a node of ours that has joined the graph."""
-
     def __init__(self, node: Node) -> None:
         self.node = node
         self.facts: dict[str, str] = {}  # what it says about itself, as bags say it; set by `ask`
 
     def ask(self) -> Robot:
-        """Which robot it is; UserError where there is none, or it does not say."""
         self.facts = self._facts(FACTS) or self._facts(FACTS[:1])
         if 'robot' not in self.facts:
             raise UserError('the node /robot does not say which robot it is (parameter robot)')
@@ -89,7 +86,6 @@ class RunningRobot:
             recording.close()
 
     def _facts(self, names: tuple[str, ...]) -> dict[str, str]:
-        """What these parameters say; rclpy answers nothing where it lacks one."""
         request = GetParameters.Request(names=list(names))
         return facts_of(self._call(GetParameters, 'robot/get_parameters', request).values)
 

@@ -176,7 +176,6 @@ def play(
 def run_episode(
     env: gymnasium.Env, act: Act, seed: int, pose: str, go_on: Callable[[], bool] = lambda: True
 ) -> tuple[float, bool]:
-    """Return of one episode, and whether it was lost."""
     observation, _ = env.reset(seed=seed, options={'pose': pose})
     total, done = 0.0, False
     while not done:

@@ -41,7 +41,6 @@ class Replay:
         return min(self.added, self.capacity)
 
     def add(self, transition: Transition) -> None:
-        """Append one transition; the oldest one goes when the ring is full."""
         row = self.added % self.capacity
         held = len(self._rows.rewards)
         if row >= held:

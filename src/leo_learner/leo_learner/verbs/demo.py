@@ -65,7 +65,6 @@ def _watch(folder: Path) -> None:
 
 
 def quick(folder: Path, as_json: bool = False) -> int:
-    """Explain the shipped recording into a folder, then open its truth, as a person types it."""
     from leo_diffmodel.verbs.explain import main as explain
     from leo_sim.verbs.reveal import main as reveal
 

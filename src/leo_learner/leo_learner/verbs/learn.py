@@ -42,8 +42,6 @@ INTERRUPTED = 130
 
 @dataclass(frozen=True)
 class Run:
-    """What a run is; written to `run.json` so that it can be resumed."""
-
     model: str
     config: str
     seed: int
@@ -130,7 +128,6 @@ def _steps(config: str, model: str) -> int:
 
 
 def _resumed(options: argparse.Namespace) -> Run:
-    """The run in a folder, with another number of steps if one is given."""
     path = options.resume / RUN
     if not path.is_file():
         raise UserError(

@@ -163,11 +163,9 @@ class _Stage:
     rollouts: Rollouts | None = None
 
     def known(self) -> DifferenceModel | None:
-        """The difference model, if it knows where its data end."""
         return self.difference if self.difference and self.difference.trust else None
 
     def notes(self, options: Any, recorded: Recorded) -> dict[str, Any]:
-        """Where the episodes left the data of a difference model, and the bag written."""
         notes: dict[str, Any] = {}
         if self.path is not None:
             left = [asdict(e) for e in recorded.left()] if self.known() else None
@@ -206,7 +204,6 @@ def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
 
 
 def walk_text(walk: Mapping[str, Any]) -> str:
-    """The figures of `leo_learner.environment.walk.Walk` in words."""
     cost = walk['energy_per_metre']
     return (
         f'{walk["distance"]:.2f} m in {walk["footsteps"]} footsteps (feet passed each other '

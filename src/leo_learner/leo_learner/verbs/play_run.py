@@ -22,7 +22,6 @@ from leo_sim.model.model_file import load_model
 
 
 def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    """Send a run file `--episodes` times, to the robot or to `--model`."""
     file = read_run(options.policy)
     model = _model(options, file.robot)
     try:
@@ -104,7 +103,6 @@ def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict
 def _dry_run(
     run: Run, model: Model, player: Any, options: Any, running: Any
 ) -> tuple[DryRun, bool]:
-    """What the model predicts from where the robot is, and whether to send it."""
     measured = player.env.next_state()
     if not running.facts:
         with suppress(UserError):  # another node than ours need not say what it is

@@ -27,7 +27,6 @@ def unknown(name: str, policies: Iterable[str]) -> UserError:
 
 
 def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    """Perform a motion on `--model`, or on the running robot, and record it to `--bag`."""
     if options.collect or options.difference or options.episodes != 1:
         raise UserError(f'leo play: a motion takes --seconds and --seed ({options.policy})')
     seconds = SECONDS if options.seconds is None else float(options.seconds)

@@ -55,6 +55,7 @@ class Quantity(Schema):
 
 S = TypeVar('S', bound=BaseModel)
 NO_MAPPING = ('model_type', 'dataclass_type', 'dict_type')
+LONGEST = 300_000  # characters of a YAML file: reading more takes minutes
 MAPPING = 'must be a mapping of keys to values'
 
 
@@ -85,6 +86,10 @@ class _Loader(yaml.SafeLoader):
 def parsed(path: Path) -> Any:
     """What a YAML file says; UserError: no such file, or no YAML, or a key that is there twice."""
     text = read_text(path)
+    if len(text) > LONGEST:
+        raise UserError(
+            f'{path}: {len(text)} characters, more than the {LONGEST} of any file here'
+        )
     try:
         return yaml.load(text, _Loader)
     except RecursionError as error:

@@ -187,7 +187,6 @@ def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[
 
 
 def _unit(path: str, input_kind: str, slides: Set[str]) -> str:
-    """The unit of a constant by its path; joints and actuators of slides have those of sliding."""
     group, key = path.split('.', 1)[0], path.rsplit('.', 1)[-1]
     name = path.removeprefix(f'{group}.').removesuffix(f'.{key}')
     if group == 'ground':
@@ -210,7 +209,6 @@ def _same(path: str, said: str, unit: str) -> bool:
 def bodies(
     links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]
 ) -> dict[str, Body]:
-    """Inertial figures of every link for values of the constants (floats or arrays)."""
     result = {}
     axes = {joint.child: joint.axis for joint in joints}
     for link in links:

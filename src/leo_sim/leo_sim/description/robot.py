@@ -100,7 +100,6 @@ class Robot:
 
     @property
     def base_joints(self) -> tuple[str, ...]:
-        """The joints x, z and pitch of a planar base; none where the base is fixed."""
         return self.joint_names[:3] if self.base == 'planar' else ()
 
     @cached_property

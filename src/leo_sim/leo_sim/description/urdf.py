@@ -127,7 +127,6 @@ def _rotation(rpy: Vector) -> np.ndarray:
 
 
 def rpy(rotation: np.ndarray) -> Vector:
-    """Roll, pitch and yaw rad of a rotation matrix, as `<origin>` has them."""
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:  # roll and yaw turn about one axis
         return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
@@ -246,7 +245,6 @@ def _inertial(name: str, body: Body) -> Element:
 def inertial(
     mass: float, com: Iterable[float], moments: Iterable[float], rotation: np.ndarray
 ) -> Element:
-    """The element of a mass kg whose principal axes and moments kg m2 are given."""
     element = Element('inertial')
     SubElement(element, 'origin', {'xyz': numbers(com), 'rpy': numbers(rpy(rotation))})
     SubElement(element, 'mass', {'value': repr(float(mass))})

@@ -21,7 +21,6 @@ PSEUDO = range(136, 144)
 
 
 def tell(end: int, seconds: float) -> None:
-    """Tell the other end of a pseudo-terminal for how long it has been listened to [s]."""
     ioctl(end, TIOCSWINSZ, struct.pack('=Q', round(seconds * 1e6) + 1))
 
 

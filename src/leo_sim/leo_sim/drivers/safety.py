@@ -108,7 +108,6 @@ class Safety:
         self.release()
 
     def release(self) -> None:
-        """Forget the command, as at the start: 0 until the next one."""
         self._command = self._idle()
         self._last = self._idle()
         self._since = math.inf

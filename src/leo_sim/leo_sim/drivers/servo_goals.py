@@ -80,7 +80,6 @@ class GoalUnits(MotorUnits):
         return off > OFF_GOAL and block.get('present_pwm') == 0
 
     def _inside(self) -> Array:
-        """Lowest and highest count that is no goal outside `goals`, (2, A)."""
         low, high = np.sort(self._zero + self.goals / self._angle, axis=0)
         return np.array([np.ceil(low - 1e-6), np.floor(high + 1e-6)]).astype(int)
 

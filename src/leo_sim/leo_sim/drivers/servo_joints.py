@@ -95,11 +95,9 @@ class MotorUnits(ABC):
         """The inputs (A,) of goal registers, at measured supply voltages [V], (A,)."""
 
     def taken(self, block: Block, sent: int) -> bool:
-        """Whether a servo shows what was sent, as far as it can."""
         return not self.shown or abs(block.get(self.shown) - sent) <= self.tolerance
 
     def seems_free(self, block: Block) -> bool:
-        """Whether a motor that should be on looks as if it were free."""
         return False
 
     def currents(self, blocks: Blocks) -> Array | None:

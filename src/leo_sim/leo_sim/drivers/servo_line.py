@@ -82,7 +82,6 @@ class ServoLine:
         return self._port.ser.fileno()
 
     def wait_at_most(self, slack: float) -> None:
-        """Let an answer take so long [s] on top of the time of its bytes."""
         self._port.slack = slack
 
     def ping(self, servo: int) -> int | None:

@@ -40,7 +40,6 @@ class Limits:
         return True
 
     def getCurrentTime(self) -> float:
-        """Time in ms, by which answers are late."""
         return self._time() * 1e3
 
     def setPacketTimeout(self, packet_length: int) -> None:
@@ -55,7 +54,6 @@ class Limits:
             raise OSError(*error.args) from error
 
     def readPort(self, length: int) -> bytes:
-        """Bytes that have come, waiting a little for the first."""
         over = self.packet_timeout and self.getTimeSinceStart() > RUBBISH * self.packet_timeout
         if over and self._read > self._most:
             raise TransientFault('no whole answer came in time')

@@ -73,7 +73,6 @@ class SimulatedDriver:
 
     @property
     def _on(self) -> np.ndarray:
-        """Which motors have torque: all that are enabled, servos that have a goal."""
         return self._enabled & self._asked
 
     def _begin(self, pose: str, ticks: int) -> None:

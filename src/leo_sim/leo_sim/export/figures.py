@@ -9,11 +9,13 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
-from leo_sim.export.needs import slope_and_end
+from leo_sim.effects.base import Placed
+from leo_sim.export.needs import DELAY, LAG, LATE, needs, SAME, slope_and_end
 from leo_sim.laws.laws import Laws
 from leo_sim.model.model import Model
 
-LAG = 'actuator_lag'
+SPEEDS = np.array([1.0, 2.0, 4.0])
+"""Rates at which what grows with the rate is read off, rad/s (m/s): one for each power of it."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class Drives:
     most: Any  # on the motor, V or N m
     scale: Any  # what is on the motor for a command of 1 V or N m
     lag: Any  # time constant of the command, s; 0 for none
+    delay: Any  # of the command, s
 
 
 @dataclass(frozen=True)
@@ -34,17 +37,22 @@ class Figures:
 
     armature: Any  # kg m2
     damping: Any  # N m s/rad
+    drag: Any  # with |rate| x rate, and with rate cubed, (2, J)
     friction: Any  # N m
     stiffness: Any  # N m/rad
     rest: Any  # of the spring, rad
     zero: Any  # what the encoder reads at angle 0, rad
+    late: float  # how long ago what the sensors show was, s
     drives: Drives
     laws: Laws
 
 
 def figures(model: Model) -> Figures:
     """The figures of a model whose laws are straight lines (see `held`)."""
-    laws = model.changed(effects=[p for p in model.effects if p.effect.name != LAG]).laws
+    needed = [(placed, needs(placed, model.robot)) for placed in model.effects]
+    slow = {name: [p for p, of in needed if name in of] for name in (LAG, DELAY, LATE)}
+    kept = [p for p, of in needed if not of & slow.keys()]
+    laws = model.changed(effects=kept).laws
     still, nothing = np.zeros(len(laws.joints)), np.zeros(len(laws.actuated_joints))
 
     def joint(q: float, dq: float) -> Any:
@@ -58,16 +66,20 @@ def figures(model: Model) -> Figures:
     rest = np.where(sprung, at_rest / np.where(sprung, stiffness, 1.0), 0.0)
     bias = np.where(sprung, 0.0, at_rest)[laws.actuated]
     armature = still + laws.rotor_inertia
-    damping = at_rest - joint(0.0, 1.0)
+    slopes = [(at_rest - joint(0.0, speed)) / speed for speed in SPEEDS]
+    powers = np.linalg.solve(np.vander(SPEEDS, increasing=True), slopes)
+    damping, *drag = np.where(np.abs(powers) > SAME * np.max(np.abs(slopes), axis=0), powers, 0.0)
     friction = still if level is None else level
     zero = laws.sense(still, still, {})[0]
-    drives = _drives(model, laws, bias)
-    return Figures(armature, damping, friction, stiffness, rest, zero, drives, laws)
+    drives = _drives(model.robot, laws, bias, slow[LAG], slow[DELAY])
+    rubs = armature, damping, np.array(drag), friction
+    late = sum(p.parameters['delay'] for p in slow[LATE])
+    return Figures(*rubs, stiffness, rest, zero, late, drives, laws)
 
 
-def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
+def _drives(robot: Robot, laws: Laws, bias: Any, *slow: list[Placed]) -> Drives:
     """Straight lines of the motors, whatever makes their input (a goal, of servos)."""
-    robot, motors = model.robot, laws.straight
+    motors = laws.straight
     still, ones = np.zeros(len(laws.joints)), np.ones(len(laws.actuated_joints))
 
     def motor(u: float, dq: float) -> Any:
@@ -78,13 +90,11 @@ def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
     scale, most = slope_and_end(
         lambda share: motors.command(share * strongest, None, {}, 1.0)[0], 1.0
     )
-    lag = np.zeros(len(ones))
-    for placed in model.effects:
-        if placed.effect.name == LAG:
-            lag[[a.joint in placed.where for a in robot.actuators]] = placed.parameters['tau']
     zero = motor(0.0, 0.0)
     lines = motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0)
-    return Drives(*lines, bias, most, scale / strongest, lag)
+    at = [[[p for p in of if a.joint in p.where] for a in robot.actuators] for of in slow]
+    times = ([sum(sum(p.parameters.values()) for p in here) for here in of] for of in at)
+    return Drives(*lines, bias, most, scale / strongest, *times)
 
 
 def refuse_mimics(robot: Robot, what: str, about_urdf: str = '') -> None:
@@ -96,7 +106,6 @@ def refuse_mimics(robot: Robot, what: str, about_urdf: str = '') -> None:
 
 
 def nominal(robot: Robot) -> Mapping[str, float] | None:
-    """Angles of the nominal start pose, where it is one pose."""
     angles: Mapping[str, Any] = robot.start_poses['nominal'].angles
     return None if any(isinstance(angle, tuple) for angle in angles.values()) else angles
 
@@ -109,9 +118,10 @@ def strengths(robot: Robot, found: Figures) -> Any:
     return drive.gain * np.minimum(drive.scale * robot.limits, drive.most)
 
 
-def loop_gains(found: Figures) -> tuple[Any, Any]:
-    """Of position servos: torque for 1 rad off the goal and for 1 rad/s, N m, (A,) each."""
+def loop_gains(found: Figures) -> tuple[Any, Any, Any]:
+    """Of servos, (A,): torque for 1 rad off the goal and for 1 rad/s, N m; largest goal rate."""
     drive, servos = found.drives, found.laws.servos
     assert servos is not None
     each = drive.gain * drive.scale * servos.loop.supply
-    return each * servos.loop.gain, each * servos.loop.rate_gain
+    loop = servos.loop
+    return each * loop.gain, each * loop.rate_gain, np.broadcast_to(loop.goal_rate, each.shape)

@@ -53,7 +53,6 @@ def _export(model: Model, ref: str, format_: Format, output: Path) -> Export:
 
 
 def _xml(root: ElementTree.Element, said: list[str]) -> str:
-    """A file: what it is, what it lacks, and the description."""
     ElementTree.indent(root)
     remark = re.sub('-(?=-)', '- ', visible('\n'.join(said)))
     body = ElementTree.tostring(root, encoding='unicode')

@@ -12,7 +12,7 @@ class Format:
 
 
 FORMATS = {
-    'mjcf': Format('MJCF', '.xml', 'MuJoCo 3.3 and later, tried with 3.17'),
+    'mjcf': Format('MJCF', '.xml', 'MuJoCo 3.3 (delays 3.5, drag 3.7, goal rates 3.12) to 3.17'),
     'urdf': Format('URDF', '.urdf', 'URDF 1.0, as ROS 2 Jazzy reads it'),
     'sdf': Format('SDF', '.sdf', 'SDFormat 1.11, Gazebo Harmonic with its engine DART'),
     'isaaclab': Format(

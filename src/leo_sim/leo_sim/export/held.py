@@ -8,9 +8,10 @@ import numpy as np
 
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed
-from leo_sim.export.needs import ARMATURE, friction_at_speed, lacking, MOTOR, OFFSET, SPEAKS, TOUCH
+from leo_sim.export import needs
 from leo_sim.model.model import Model
 
+LAG = 'actuator_lag'
 GRAVITY = {'SDF': 9.8, 'URDF': 9.81, 'Isaac Lab': 9.81}
 """What the worlds of formats without gravity have, m/s2: Gazebo's, and Isaac Lab's."""
 BACK_EMF_AS_DAMPING = {('MJCF', 'position'), ('Isaac Lab', 'position')} | {
@@ -21,8 +22,6 @@ BACK_EMF_AS_DAMPING = {('MJCF', 'position'), ('Isaac Lab', 'position')} | {
 
 @dataclass(frozen=True)
 class Held:
-    """A model with what a format holds; its effects and what is left out, one line each."""
-
     model: Model  # with the effects that the format holds, to be written
     simulated: Model  # the same less the robot's own figures that it does not hold
     effects: tuple[str, ...]
@@ -57,16 +56,13 @@ def described(placed: Placed) -> str:
 def _part(
     placed: Placed, model: Model, format_name: str, kept: list[Placed]
 ) -> tuple[Placed | None, str]:
-    """What of an effect a format holds, and what it lacks for the rest."""
-    without = lacking(placed, model.robot, format_name)
-    second_lag = any(
-        placed.effect.name == other.effect.name == 'actuator_lag'
-        and {*placed.where} & {*other.where}
-        for other in kept
-    )
+    without = needs.lacking(placed, model.robot, format_name)
+    servos, taken = model.laws.servos, {j for o in kept if o.effect.name == LAG for j in o.where}
+    ramps = servos is not None and np.isfinite(servos.loop.goal_rate).any()
+    second_lag = placed.effect.name == LAG and (ramps or taken & {*placed.where})
     if not without and not second_lag:
         return placed, ''
-    level = friction_at_speed(placed)
+    level = needs.friction_at_speed(placed)
     if level is not None:
         part = place(model.robot, 'coulomb_friction', placed.where, c=level)
         unit = part.units['c']
@@ -75,36 +71,35 @@ def _part(
 
 
 def _simulated(written: Model, format_name: str) -> Model:
-    """The model as it moves where the figures that a format does not hold are gone."""
-    robot, speaks, values = written.robot, SPEAKS[format_name], dict(written.constants)
-    gone = {'resolution': 0.0, 'goal_rate': np.inf}
-    if ARMATURE not in speaks:
+    robot, speaks, values = written.robot, needs.SPEAKS[format_name], dict(written.constants)
+    gone = {'resolution': 0.0} | ({} if needs.RAMP in speaks else {'goal_rate': np.inf})
+    if needs.ARMATURE not in speaks:
         gone['rotor_inertia'] = 0.0
     paths = {f'actuators.{a.joint}.{key}': v for a in robot.actuators for key, v in gone.items()}
-    if OFFSET not in speaks:
+    if needs.OFFSET not in speaks:
         paths |= {f'sensors.{joint}.offset': 0.0 for joint in robot.joint_names}
     if format_name in GRAVITY:
         paths['gravity'] = GRAVITY[format_name]
     values |= {path: value for path, value in paths.items() if path in values}
     effects = list(written.effects)
-    if MOTOR not in speaks and robot.has_motor_law:
+    if needs.MOTOR not in speaks and robot.has_motor_law:
         effects.append(place(robot, 'back_emf_scale', [a.joint for a in robot.actuators], k=0.0))
     return written.changed(constants=values, effects=effects)
 
 
 def _figures_left_out(model: Model, format_name: str) -> Iterator[str]:
-    """Figures of a robot and its model, without the effects, that a format does not hold."""
     robot, values = model.robot, model.constants
     sensors = robot.sensors.items()
     if coarse := [joint for joint, s in sensors if s.angle_resolution or s.rate_resolution]:
         yield f'resolution of the encoders of {", ".join(coarse)}: {format_name} holds none'
     yield from _of_the_world(model, format_name)
     yield from _of_motors(model, format_name)
-    if OFFSET not in SPEAKS[format_name]:
+    if needs.OFFSET not in needs.SPEAKS[format_name]:
         for joint in robot.joint_names:
             if zero := values.get(f'sensors.{joint}.offset'):
                 yield f'encoder of {joint}, {zero:.4g} rad at angle 0: {format_name} holds none'
-    for path, what in (('goal_rate', 'the rate of the goals'), ('resolution', "a servo's counts")):
+    lost = (('resolution', "a servo's counts"), ('goal_rate', 'the rate of the goals'))
+    for path, what in lost[: 1 if needs.RAMP in needs.SPEAKS[format_name] else 2]:
         joints = (a.joint for a in robot.actuators)
         if named := [joint for joint in joints if values.get(f'actuators.{joint}.{path}')]:
             yield f'{what} of {", ".join(named)}: {format_name} holds none'
@@ -116,7 +111,7 @@ def _figures_left_out(model: Model, format_name: str) -> Iterator[str]:
 
 def _of_the_world(model: Model, format_name: str) -> Iterator[str]:
     robot, gravity = model.robot, float(model.constants['gravity'])
-    if robot.contacts and TOUCH not in SPEAKS[format_name]:
+    if robot.contacts and needs.TOUCH not in needs.SPEAKS[format_name]:
         yield f'ground and contacts: {format_name} holds none'
     elif robot.contacts:
         yield (
@@ -132,13 +127,13 @@ def _of_the_world(model: Model, format_name: str) -> Iterator[str]:
 
 
 def _of_motors(model: Model, format_name: str) -> Iterator[str]:
-    robot, values, speaks = model.robot, model.constants, SPEAKS[format_name]
+    robot, values, speaks = model.robot, model.constants, needs.SPEAKS[format_name]
     for a in robot.actuators:
         path = f'actuators.{a.joint}.'
-        if ARMATURE not in speaks and (inertia := values[f'{path}rotor_inertia']):
+        if needs.ARMATURE not in speaks and (inertia := values[f'{path}rotor_inertia']):
             unit = robot.constants[f'{path}rotor_inertia'].unit
             yield f'rotor inertia of {a.joint}, {inertia:.4g} {unit}: {format_name} holds none'
-        if MOTOR not in speaks and robot.has_motor_law:
+        if needs.MOTOR not in speaks and robot.has_motor_law:
             yield (
                 f'motor of {a.joint}, {values[f"{path}torque_constant"]:.4g} '
                 f'{robot.constants[f"{path}torque_constant"].unit} and '

@@ -98,7 +98,7 @@ def _driven(robot: Robot, found: Figures, a: int) -> tuple[str, dict[str, Any]]:
     """A motor on volts, torques or goals, as the actuator that has its law."""
     effort, back_emf = strengths(robot, found)[a], found.drives.back_emf[a]
     if robot.input == 'position':
-        kp, kv = (gains[a] for gains in loop_gains(found))
+        kp, kv, _ = (gains[a] for gains in loop_gains(found))
         gains = {'stiffness': kp, 'damping': kv}
         return 'ImplicitActuatorCfg', {'effort_limit_sim': effort, **gains}
     gains = {'stiffness': 0.0, 'damping': back_emf}

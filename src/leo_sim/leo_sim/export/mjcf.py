@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model as MJCF, with motors, friction, springs and encoders' zeros."""
 
+from itertools import product
 import math
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
 
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import numbers, with_bodies
@@ -16,8 +20,8 @@ STEP = 0.0005  # longest time step that is written, s
 def mjcf(model: Model) -> Element:
     """A model whose laws are straight lines (see `held`) as MJCF; UserError: none that MJCF holds.
 
-    Its numbers are radians, N m and the inputs of the robot; `qpos` is what the encoders read,
-    `ctrl` the commands in the order of the actuators.
+    Its numbers are radians, N m and the inputs of the robot; `qpos` is what the encoders read
+    (sensors, where they are late), `ctrl` the commands in the order of the actuators.
     """
     robot, found = model.robot, figures(model)
     refuse_mimics(robot, 'MJCF')
@@ -38,7 +42,12 @@ def mjcf(model: Model) -> Element:
     for i, actuator in enumerate(robot.actuators):
         attributes = _servo if robot.input == 'position' else _motor
         tag, values = attributes(robot, found, i)
+        values |= _late(found.drives.delay[i], step)
         SubElement(actuators, tag, {'name': actuator.joint, 'joint': actuator.joint, **values})
+    sensors, late = SubElement(root, 'sensor'), _late(found.late, step)
+    for joint, of in product(robot.joint_names, ('pos', 'vel') if late else ()):
+        values = {'name': f'{joint}_{of}', 'joint': joint, 'interp': 'linear', **late}
+        SubElement(sensors, f'joint{of}', values)
     _start(root, robot, found)
     return root
 
@@ -59,15 +68,15 @@ def _joints(root: Element, robot: Robot, found: Figures, step: float) -> None:
             element.set('range', numbers((low, high)))
         values = {
             'armature': found.armature[i],
-            'damping': damping[i],
+            'damping': (damping[i], *found.drag[:, i]),
             'frictionloss': found.friction[i],
             'stiffness': found.stiffness[i],
             'springref': found.rest[i] + zero if found.stiffness[i] else 0.0,
             'ref': zero,
         }
         for key, value in values.items():
-            if value:
-                element.set(key, repr(float(value)))
+            if text := numbers(np.trim_zeros(np.atleast_1d(value), 'b')):
+                element.set(key, text)
         for key, text in hard.items():
             if element.get('range' if 'limit' in key else 'frictionloss'):
                 element.set(key, text)
@@ -95,11 +104,14 @@ def _servo(robot: Robot, found: Figures, i: int) -> tuple[str, dict[str, str]]:
     """A position servo: duty x supply on its motor, whose back-EMF is damping of the joint."""
     drive, most = found.drives, strengths(robot, found)[i]
     low, high = robot.bounds[:, i]
-    kp, kv = (gains[i] for gains in loop_gains(found))
-    values = {'kp': kp, 'kv': kv}
+    kp, kv, rate = (gains[i] for gains in loop_gains(found))
+    tag, values = 'position', {'kp': kp, 'kv': kv}
     if drive.lag[i]:
         values['timeconst'] = drive.lag[i]
-    return 'position', {
+    if math.isfinite(rate):
+        tag, values['slewmax'] = 'pid', rate
+    return tag, {
+        **({'input': 'pos'} if tag == 'pid' else {}),
         'ctrllimited': 'true',
         'ctrlrange': numbers((low, high)),
         'forcelimited': 'true',
@@ -108,8 +120,13 @@ def _servo(robot: Robot, found: Figures, i: int) -> tuple[str, dict[str, str]]:
     }
 
 
+def _late(delay: float, step: float) -> dict[str, Any]:
+    """A delay s with room for it, also at half the time step."""
+    room = str(2 * math.ceil(delay / step) + 1)
+    return {'delay': repr(float(delay)), 'nsample': room} if delay else {}
+
+
 def _start(root: Element, robot: Robot, found: Figures) -> None:
-    """The nominal start pose as a key frame, where it is one pose."""
     angles = nominal(robot)
     if angles is None:
         return

@@ -14,34 +14,40 @@ from leo_sim.effects.motor import Motor
 INERTIA = 'inertial figures'
 ARMATURE = 'rotor inertia'
 DAMPING = 'viscous friction'
+DRAG = 'drag'
 SPRING = 'springs'
 DRY = 'dry friction'
 BIAS = 'constant torques'
 MOTOR = 'motors'
 LIMIT = 'limited commands'
 LAG = 'commands that lag'
+DELAY = 'delays of commands'
+LATE = 'delays of sensors'
 OFFSET = 'zeros of encoders'
 TOUCH = 'contacts'
 
 UNDRIVEN = 'constant torques at joints without a motor'
-CURVED = 'torques but straight lines in angle and speed'
+CURVED = 'law of angle and speed like it'
 VARYING = 'dry friction but of one level'
 FORCE = 'constant forces'
 PLAY = 'play in a gear'
 SUPPLY = 'a supply that sags'
-COMMAND = 'delays or dead bands of commands'
-SENSOR = 'sensors that are late, slow or scaled'
+COMMAND = 'dead bands or other bent laws of commands'
+SENSOR = 'sensors that are slow or scaled'
 RAMP = 'limited rates of goals'
 SOFT = "the ground's own stiffness and damping"
 
+RUBBED = {INERTIA, DAMPING, DRY}
+DRIVEN = RUBBED | {MOTOR, LIMIT}
 SPEAKS = {
-    'MJCF': {INERTIA, ARMATURE, DAMPING, SPRING, DRY, BIAS, MOTOR, LIMIT, LAG, OFFSET, TOUCH},
-    'URDF': {INERTIA, DAMPING, DRY},
-    'SDF': {INERTIA, DAMPING, SPRING, DRY, MOTOR, LIMIT},
-    'Isaac Lab': {INERTIA, ARMATURE, DAMPING, DRY, MOTOR, LIMIT},
+    'MJCF': DRIVEN | {ARMATURE, DRAG, SPRING, BIAS, LAG, DELAY, RAMP, OFFSET, LATE, TOUCH},
+    'URDF': RUBBED,
+    'SDF': DRIVEN | {SPRING},
+    'Isaac Lab': DRIVEN | {ARMATURE},
 }
 """What each format holds."""
 
+SLOW = {'actuator_lag': LAG, 'command_delay': DELAY}
 TRIED = 200  # random states and torques at which a law is tried
 SAME = 1e-9  # how far two figures may differ, as a share, that are the same but for rounding
 LARGEST = np.array([6.0, 20.0, 5.0, 5.0])
@@ -70,7 +76,7 @@ def needs(placed: Placed, robot: Robot) -> set[str]:
         before = Ground(1.0, 1.0, 1.0, 0.0)
         return {SOFT} if effect.ground(p, before)[:2] != before[:2] else {TOUCH}
     if effect.hook == 'sensor':
-        return {OFFSET} if _shifts(placed) else {SENSOR}
+        return {LATE} if effect.late else {OFFSET} if _shifts(placed) else {SENSOR}
     return (_command if effect.hook == 'command' else _torque)(placed, robot)
 
 
@@ -85,8 +91,7 @@ def friction_at_speed(placed: Placed) -> float | None:
 
 
 def _shifts(placed: Placed) -> bool:
-    """Whether a sensor reads angles with an offset, and is otherwise true."""
-    if placed.effect.late or placed.effect.dynamic:
+    if placed.effect.dynamic:
         return False
     q = dq = np.array([0.0, 1.0])
     angle, rate, _kept = placed.effect.sensor(placed.parameters, q, dq, None, 0.0)
@@ -94,10 +99,8 @@ def _shifts(placed: Placed) -> bool:
 
 
 def _command(placed: Placed, robot: Robot) -> set[str]:
-    if placed.effect.name == 'actuator_lag':
-        return {LAG}
     if placed.effect.dynamic:
-        return {COMMAND}
+        return {SLOW.get(placed.effect.name, COMMAND)}
     most = max(a.strongest for a in robot.actuators if a.joint in placed.where)
     ones = np.ones(len(placed.where))
     u = np.linspace(-most, most, TRIED + 1)[:, None] * ones
@@ -124,12 +127,14 @@ def _torque(placed: Placed, robot: Robot) -> set[str]:
     tried, torque = _tried(placed)
     if effect.dry:
         return {DRY} if _constant(torque) else {VARYING}
-    names = (MOTOR, MOTOR, MOTOR) if effect.motor_side else (BIAS, SPRING, DAMPING)
     q, dq, motor, back_emf = tried
-    columns = (motor, back_emf, dq) if effect.motor_side else (np.ones_like(q), q, dq)
+    drag = dq * np.abs(dq)
+    motors, joints = (motor, back_emf, dq), (np.ones_like(q), q, dq, drag, drag * np.abs(dq))
+    names = [MOTOR] * 3 if effect.motor_side else [BIAS, SPRING, DAMPING, DRAG, DRAG]
+    columns = np.stack(motors if effect.motor_side else joints, axis=-1)
     found: set[str] = set()
     for j in range(len(placed.where)):
-        found |= _straight(np.stack([c[:, j] for c in columns], axis=1), torque[:, j], names)
+        found |= _made_of(columns[:, j], torque[:, j], names)
     if SPRING in found:
         found -= {BIAS}  # the spring's rest
     driven = {a.joint for a in robot.actuators}
@@ -152,18 +157,19 @@ def _constant(levels: Any) -> bool:
     return bool(np.ptp(levels) <= SAME * np.max(levels))
 
 
-def _straight(columns: Any, torque: Any, names: tuple[str, ...]) -> set[str]:
+def _made_of(columns: Any, torque: Any, names: list[str]) -> set[str]:
     """The names of the columns that make up a torque; CURVED where they do not.
 
     A spring or a friction that drives on is none.
     """
-    slopes = np.linalg.lstsq(columns, torque, rcond=None)[0]
+    size = np.max(np.abs(columns), axis=0)
+    slopes = np.linalg.lstsq(columns / size, torque, rcond=None)[0] / size
     scale = np.max(np.abs(torque))
     if np.max(np.abs(columns @ slopes - torque)) > SAME * scale:
         return {CURVED}
-    used = np.abs(slopes) * np.max(np.abs(columns), axis=0) > SAME * scale
+    used = np.abs(slopes) * size > SAME * scale
     drives = any(
-        name in (SPRING, DAMPING) and on and slope > 0
+        name in (SPRING, DAMPING, DRAG) and on and slope > 0
         for name, on, slope in zip(names, used, slopes, strict=True)
     )
     return {CURVED} if drives else {name for name, on in zip(names, used, strict=True) if on}

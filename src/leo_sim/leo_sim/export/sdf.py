@@ -58,7 +58,6 @@ def _check(robot: Robot) -> None:
 
 
 def _free(link: str) -> str:
-    """The name of a link; that of the world is taken."""
     return f'{WORLD}_link' if link == WORLD else link
 
 
@@ -130,13 +129,12 @@ def _joint(top: Element, joint: Joint, robot: Robot, found: Figures) -> None:
 
 
 def _system(top: Element, robot: Robot, found: Figures, i: int) -> None:
-    """What drives a motor: a position controller, or torques that somebody publishes."""
     joint, drive = robot.actuators[i].joint, found.drives
     filename, name = SERVO if robot.input == 'position' else FORCE
     plugin = SubElement(top, 'plugin', filename=filename, name=name)
     _texts(plugin, joint_name=joint)
     if robot.input == 'position':
-        kp, kv = (float(gains[i]) for gains in loop_gains(found))
+        kp, kv, _ = (float(gains[i]) for gains in loop_gains(found))
         most = float(strengths(robot, found)[i])
         values = {'p_gain': kp, 'i_gain': 0.0, 'd_gain': kv, 'cmd_max': most, 'cmd_min': -most}
         _texts(plugin, **{key: repr(value) for key, value in values.items()})

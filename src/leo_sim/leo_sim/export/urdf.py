@@ -28,7 +28,6 @@ def urdf(model: Model, dynamics: bool = True) -> Element:
 
 
 def _limits(root: Element, model: Model, found: Figures) -> None:
-    """Torque at rest and speed without load of motors; of torque inputs the largest one."""
     robot, drive = model.robot, found.drives
     joints = {joint.get('name'): joint for joint in root.findall('joint')}
     efforts = strengths(robot, found)

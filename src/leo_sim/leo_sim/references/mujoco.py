@@ -28,6 +28,7 @@ from leo_sim.references.mjcf import hard_figures, tree, written
 
 BASE = 3  # joints of a planar base
 
+SHORTEST = 1e-9  # s
 IMMOVABLE = 1e4
 """Inertia of the joints of a held base, kg or kg m2; with more the solver ends too early."""
 
@@ -36,9 +37,6 @@ class Steps(NamedTuple):
     inputs: Array  # V, N m or rad, (K, A)
     enabled: Array  # motors that are on, booleans (K, A)
     dt: Array  # s, (K,)
-
-
-Past = tuple[Array, Steps]  # angles, then rates, before each of H intervals, (H, 2 J), and these
 
 
 class World:
@@ -103,8 +101,9 @@ class World:
 class Played:
     """The text of an MJCF file as MuJoCo itself moves it, with nothing of ours.
 
-    Joints and actuators are found by their names, which are those of their joints; `qpos` is what
-    the encoders read. A motor that is off is an actuator without gain and bias.
+    Joints and actuators are found by their names, which are those of their joints; what the
+    encoders read is `qpos`, or what late sensors show. A motor that is off is an actuator
+    without gain and bias.
     """
 
     def __init__(self, text: str, joints: Sequence[str], actuators: Sequence[str], held: int):
@@ -117,27 +116,48 @@ class Played:
         self._bias = self._model.actuator_biasprm.copy()
         self._rotors = self._model.dof_armature.copy()
         self._step = self._model.opt.timestep
+        self._late = float(self._model.sensor_delay.max(initial=0.0))
+        of = [f'{joint}_{read}' for read in ('pos', 'vel') for joint in joints if self._late]
+        self._sensors = [self._model.sensor(name).id for name in of]
+        self._ramps = self._model.actuator_dyntype[self._actuators] == mujoco.mjtDyn.mjDYN_PID
 
-    def window(self, start: Array, steps: Steps, past: Past | None, held: bool) -> Array:
+    def window(self, start: Array, steps: Steps, past: Steps | None, held: bool) -> Array:
         """Angles, then rates, after no step and after each, (K + 1, 2 J), from such a start.
 
-        The start is what the encoders read, (2 J,); past are states and steps before it, where
-        actuators are slow; held, the base does not move.
+        The start is what the encoders read, (2 J,); past are steps before it, where actuators or
+        sensors are slow; held, the base does not move.
         """
         mujoco.mj_resetData(self._model, self._data)
         self._model.dof_armature[:] = self._rotors
         if held:
             self._model.dof_armature[self._base] = IMMOVABLE
-        if past is not None and self._model.na:
-            for state, step in zip(past[0], zip(*past[1], strict=True), strict=True):
-                self._put(state)
-                self._advance(*step)
         self._put(start)
+        if past is not None and (self._model.na or self._model.nhistory):
+            self._begin(start, past)
         rows = [start]
         for step in zip(*steps, strict=True):
             self._advance(*step)
-            rows.append(np.concatenate([self._data.qpos[self._at], self._data.qvel[self._at]]))
+            rows.append(self._read())
         return np.array(rows)
+
+    def _begin(self, start: Array, past: Steps) -> None:
+        """Run through the past, so that the start is the state when its reading was taken."""
+        ramps = self._model.actuator_actadr[self._actuators[self._ramps]]
+        self._data.act[ramps] = past.inputs[0, self._ramps]
+        for inputs, enabled, dt, ahead in zip(*past, np.cumsum(past.dt[::-1])[::-1], strict=True):
+            before = float(np.clip(ahead - self._late, 0.0, dt))
+            if before > SHORTEST:
+                self._advance(inputs, enabled, before)
+                self._put(start)
+            if dt - before > SHORTEST:
+                self._advance(inputs, enabled, dt - before)
+
+    def _read(self) -> Array:
+        if self._sensors:  # `sensordata` is that of the beginning of the last substep
+            of, into = (self._model, self._data), np.empty(1)
+            now = self._data.time
+            return np.array([mujoco.mj_readSensor(*of, i, now, into, 1)[0] for i in self._sensors])
+        return np.concatenate([self._data.qpos[self._at], self._data.qvel[self._at]])
 
     def _put(self, state: Array) -> None:
         self._data.qpos[self._at], self._data.qvel[self._at] = np.split(state, 2)
@@ -160,10 +180,15 @@ def compiled(path: Path) -> Any:
 
 
 def _made(make: Callable[[str], Any], source: str, refusal: str) -> Any:
+    warned: list[str] = []
+    mujoco.set_mju_user_warning(warned.append)
     try:
-        return make(source)
+        made = make(source)
+        if any('NaN' in line for line in warned):
+            raise ValueError(' '.join(warned))
     except ValueError as error:
         raise UserError(f'{refusal}: {" ".join(str(error).split())}') from error
+    return made
 
 
 def integrate(

@@ -19,7 +19,7 @@ MODEL = """\
 robot: torque_pendulum
 effects:
 - {name: viscous_friction, where: all, parameters: {b: {value: 0.05, unit: N m s/rad}}}
-- {name: quadratic_drag, where: all, parameters: {d: {value: 0.01, unit: N m s2/rad2}}}
+- {name: voltage_deadband, where: all, parameters: {v: {value: 0.05, unit: N m}}}
 """
 
 
@@ -46,7 +46,7 @@ def test_what_is_left_out_is_printed_and_in_the_file(model, tmp_path, capsys):
     assert main([str(model), '-o', str(out)]) == 0
     printed = capsys.readouterr().out
     assert 'holds viscous_friction at pivot: b = 0.05 N m s/rad' in printed
-    line = next(x for x in printed.splitlines() if x.startswith('left out: quadratic_drag'))
+    line = next(x for x in printed.splitlines() if x.startswith('left out: voltage_deadband'))
     assert line.removeprefix('left out: ') in out.read_text()
     assert printed.splitlines()[-1] == f'next: python -m mujoco.viewer --mjcf={out}'
     assert ElementTree.parse(out).find('.//joint').get('damping') == '0.05'
@@ -93,16 +93,16 @@ def test_the_format_alone_names_the_file(model, tmp_path, monkeypatch, capsys, t
     assert main([str(model), '--to', to]) == 0
     assert sorted({p.name for p in tmp_path.iterdir()} - {model.name}) == files
     printed, text = capsys.readouterr().out, (tmp_path / files[0]).read_text()
-    for said in ('for ', 'left out: quadratic_drag'):
+    for said in ('for ', 'left out: voltage_deadband'):
         line = next(x for x in printed.splitlines() if x.startswith(said))
         assert line.removeprefix('left out: ') in text
 
 
 @pytest.fixture(scope='module')
 def bag_of_it(tmp_path_factory):
-    drag = place(TORQUE, 'quadratic_drag', 'all', d=0.01)
+    dead = place(TORQUE, 'voltage_deadband', 'all', v=0.05)
     viscous = place(TORQUE, 'viscous_friction', 'all', b=0.05)
-    recording = record(TORQUE, viscous, drag, seconds=1.2)
+    recording = record(TORQUE, viscous, dead, seconds=1.2)
     return str(bag(tmp_path_factory.mktemp('run') / 'bag', recording))
 
 
@@ -121,7 +121,7 @@ def test_json(model, bag_of_it, tmp_path, capsys):
     said = json.loads(capsys.readouterr().out)
     assert said['format'] == 'SDF' and said['written_for'].startswith('SDFormat 1.11')
     assert [line.split(' ')[0] for line in said['effects']] == ['viscous_friction']
-    assert any('quadratic_drag' in line for line in said['left_out'])
+    assert any('voltage_deadband' in line for line in said['left_out'])
     assert set(said['check']['errors']) == {'ours', 'reduced', 'noise_floor'}
 
 

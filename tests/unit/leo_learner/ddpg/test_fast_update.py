@@ -27,7 +27,6 @@ close = partial(torch.testing.assert_close, rtol=1e-4, atol=1e-6)
 
 
 def batch(seed: int, size: int = 32) -> Batch:
-    """Random transitions, some of them the last of their episode."""
     rng = np.random.default_rng(seed)
     columns = (
         rng.normal(size=(size, N_OBS)),

@@ -47,7 +47,6 @@ def test_sees_stance_before_swing():
 
 
 def test_drives_stance_and_swing():
-    """In the order of the actuators: hips, knees, ankles, left before right."""
     q = state(left_ankle=0.064926, right_ankle=0.064926)
     volts = SymMap(ODE).volts
     np.testing.assert_allclose(volts([1, 2, 3], q, 0), [1, 2, 0, 3, 0, 0], atol=1e-12)
@@ -99,7 +98,6 @@ def test_the_mirrored_state_moves_mirrored(env):
 
 
 def test_a_footstep_exchanges_the_legs(env):
-    """The swing foot is put down in front of the other one."""
     env.reset(options={'pose': 'nominal'})
     before = env.stance
     for _ in range(40):

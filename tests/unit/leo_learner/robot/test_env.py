@@ -16,7 +16,6 @@ from leo_sim.model import Model, State
 
 @pytest.fixture
 def robot_env(monkeypatch):
-    """On a robot that is heard by hand; no time is waited."""
     env = RobotEnv(MagicMock(), Model('pendulum').robot)
     monkeypatch.setattr(env, '_name_of_robot', lambda: '')
     for name in ('REMIND', 'FIRST_REMINDER', 'SET_BACK'):

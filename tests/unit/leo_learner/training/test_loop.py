@@ -24,7 +24,6 @@ AGENTS = [
 
 @pytest.fixture(params=AGENTS, ids=['ddpg', 'thesis', 'sarsa'])
 def made(request):
-    """Makes a training of a seed, with changes of its configuration, on its environment."""
     kind, place, config = request.param
 
     def make(seed: int, env: gymnasium.Env | None = None, **changes) -> TrainingLoop:

@@ -13,7 +13,6 @@ from leo_learner.verbs.demo import main
 
 @pytest.fixture
 def opened(monkeypatch):
-    """The words with which the page was opened; a main job that took no time."""
     words: list[list[str]] = []
 
     def serve(argv: list[str]) -> int:

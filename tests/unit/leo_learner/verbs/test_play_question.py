@@ -24,7 +24,6 @@ WILD = replace(CALM, hits=('pivot runs into its stop at 0.3 s',))
 
 @pytest.fixture
 def keyboard(monkeypatch):
-    """A terminal; what is written to it is typed."""
     ours, theirs = os.openpty()
     with os.fdopen(theirs) as stdin:
         monkeypatch.setattr(sys, 'stdin', stdin)

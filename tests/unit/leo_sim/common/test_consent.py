@@ -39,7 +39,6 @@ WIND = {'name': 'wind.py', 'where': 'pivot', 'parameters': {'w': {'value': 1e-3,
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """A folder, with nobody's consent to anything: wind.py, a model that names it, a bag."""
     monkeypatch.setattr(consent, '_trusted', set())
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'wind.py').write_text(LAW)
@@ -52,7 +51,6 @@ def ran(folder: Path) -> bool:
 
 
 def refusal(words: list[str], capsys) -> str:
-    """The one line on stderr of a command that ends with status 2."""
     assert main(words) == 2
     (line,) = capsys.readouterr().err.splitlines()
     return line

@@ -23,6 +23,7 @@ class File(BaseModel):
         ('', 'expected a mapping of inside, by_name, found nothing'),
         ('- 1', r'expected a mapping of inside, by_name, found \[1\]'),
         ('{inside: {value: 1}, inside: {value: 2}}', "no.*YAML.*'inside' is there twice"),
+        ('# long\n' * 100_000, '700000 characters, more than the 300000 of any file here'),
         ('inside: 0.1', 'inside: must be a mapping of keys to values, found 0.1'),
         ('{inside: {value: 1}, by_name: []}', 'by_name: must be a mapping .*, found '),
     ],

@@ -27,7 +27,6 @@ def links_of(robot):
 
 
 def bottoms(robot, q):
-    """Height of the lowest point of each contact, by the frames of the URDF."""
     frames = Kinematics(robot.joints).frames(q)
     return {c.name: frames[c.link].point((c.x, 0.0, c.z))[2] - c.radius for c in robot.contacts}
 

@@ -48,7 +48,6 @@ def test_the_controller_takes_the_actuators_in_order():
 
 
 def test_a_bag_of_it_is_read(tmp_path):
-    """States of the broadcaster in an order of its own, PWM counts, other components beside."""
     bag = BagWriter(tmp_path / 'bag')
     states = bag.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
     commands = bag.add_topic('/pwm_controller/commands', 'std_msgs/msg/Float64MultiArray')

@@ -89,7 +89,6 @@ def test_a_set_is_a_model_by_name_and_says_where_it_was_published():
     ],
 )
 def test_a_set_of_mujoco_gives_the_torque_of_its_actuator(name, kv, damping):
-    """The gripper's, at rest and in motion, clipped and not, N m."""
     force, kp, *_ = PUBLISHED[name]
     rng = np.random.default_rng(1)
     goal, q, dq = rng.uniform([[-1], [-1], [-4]], [[1], [1], [4]], (3, 200))

@@ -5,7 +5,6 @@ from leo_sim.description.urdf import Joint, parse
 
 
 def urdf(ends: list[tuple[str, str]]) -> str:
-    """A tree of (parent, child), whose joints are named after the child."""
     links = ''.join(f'<link name="{name}"/>' for name in {n for pair in ends for n in pair})
     joints = ''.join(
         f'<joint name="to_{child}" type="fixed"><parent link="{parent}"/>'

@@ -47,7 +47,6 @@ def leo():
 
 @pytest.fixture
 def servo(tmp_path):
-    """One servo behind a pendulum, turned the other way, with a gear and limits."""
     figures = {'direction': -1, 'gear': 2, 'zero': 1000, 'low': -0.5, 'high': 0.5}
     robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', **figures)
     rig = running(robot, 7.4)

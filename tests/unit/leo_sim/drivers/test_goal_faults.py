@@ -33,8 +33,6 @@ SURE = {'commands end', '1 % lost', 'blocked'}
 
 
 class Loop:
-    """What the robot node does, with a commander that goes to and fro far beyond the bounds."""
-
     def __init__(self, driver, rig):
         self.driver, self.rig = driver, rig
         self.safety, self.faults = safety_for(driver.info, 0.2, SLEW), Faults(5)
@@ -44,7 +42,6 @@ class Loop:
         rig.plant.drive = lambda: drive() or self.seen.append(float(rig.plant.volts[0]))
 
     def go_on(self, seconds):
-        """Whether the node ran to the end; one that ends stops the motors."""
         end = self.rig.computer.monotonic() + seconds
         while (now := self.rig.computer.monotonic()) < end:
             if self.talks:

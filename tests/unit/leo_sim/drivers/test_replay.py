@@ -33,7 +33,6 @@ def given(k: int, joint: str = 'pivot') -> bytes:
 
 
 def given_before(k: int, joint: str = 'pivot') -> bytes:
-    """As robots said it before 2026-12."""
     return dynamic(STAMPS[k], {joint: {'voltage': 0.5 * k * (k < 5), 'enabled': k < 5}})
 
 
@@ -44,7 +43,6 @@ APPLIED = {
 
 
 def record(folder, joint='pivot', states=True, applied_from=0, applied=given):
-    """Six states, each published twice, an input at each, a new episode before the fourth."""
     bag = BagWriter(folder)
     topics = [bag.add_topic('/robot/episode', 'std_msgs/msg/UInt32')]
     topics.append(bag.add_topic('/joint_states', 'sensor_msgs/msg/JointState') if states else 0)
@@ -67,7 +65,6 @@ def replay(bag, robot='pendulum') -> ReplayDriver:
 
 
 def play(driver):
-    """Everything a node would publish: (state, applied, starts), and the gaps between."""
     rows, gaps = [], []
     while True:
         rows.append((driver.read(), driver.write(np.array([9.0])), driver.starts))

@@ -27,7 +27,6 @@ ARM = load_robot('so101')
 
 @pytest.fixture(params=SERVOS)
 def robot(request, tmp_path):
-    """The servo pendulum that takes goals, turned the other way, with a range of its own."""
     figures = {'direction': -1, 'zero': 2000, 'low': -1.2, 'high': 0.9}
     model = SERVOS[request.param]
     return robot_with_servo(tmp_path, 'xl330_pendulum', model, request.param, **figures)
@@ -46,7 +45,6 @@ def memory(rig):
 
 
 def write(driver, goal):
-    """A goal, for a motor that is on: where it was free it begins at its own place."""
     if not driver._on.any():
         driver.write(np.array([goal]))
     return driver.write(np.array([goal]))
@@ -294,7 +292,6 @@ def test_a_range_that_the_servo_does_not_take_is_cut_and_said(tmp_path):
 
 
 def test_the_supply_drives_the_loop(robot):
-    """At half the volts the same error is half the push: it hangs lower."""
     rests = []
     for supply in (SUPPLY, SUPPLY / 2):
         plant = Plant(DriverOptions(robot, engine='rigid'), supply, 0.0, hand=True)

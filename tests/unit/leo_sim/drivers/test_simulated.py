@@ -25,7 +25,6 @@ def options(**changes) -> DriverOptions:
 
 
 def hiding(folder, name, where, **parameters) -> str:
-    """A file that hides one effect, whose parameters are given as (value, unit)."""
     figures = {key: {'value': value, 'unit': unit} for key, (value, unit) in parameters.items()}
     path = folder / 'hidden.yaml'
     path.write_text(
@@ -35,7 +34,6 @@ def hiding(folder, name, where, **parameters) -> str:
 
 
 def swing(driver: SimulatedDriver, ticks=50, volts=2.0):
-    """What a run publishes, as bytes: states and what was applied."""
     rows = []
     for _ in range(ticks):
         state, applied = driver.read(), driver.write(np.array([volts]))

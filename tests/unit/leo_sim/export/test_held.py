@@ -9,10 +9,12 @@ from tests.gripper import SLIDES
 from tests.models import modelled
 
 from leo_sim.effects import place
+from leo_sim.export import needs
+from leo_sim.export.files import TREES
 from leo_sim.export.held import held
-from leo_sim.export.needs import SPEAKS
 from leo_sim.export.urdf import urdf
 from leo_sim.model import Model
+from leo_sim.references.mjcf import written
 from leo_sim.verbs.skeleton.folder import make_folder
 
 ROTOR = 'actuators.left.rotor_inertia'
@@ -25,6 +27,9 @@ IN_MJCF = {
     'voltage_limit': {'v': 2.0},
     'actuator_lag': {'tau': 0.1},
     'encoder_offset': {'o': 0.1},
+    'quadratic_drag': {'d': 0.1},
+    'command_delay': {'delay': 0.1},
+    'measurement_delay': {'delay': 0.1},
 }
 IN_FORMAT = {
     'MJCF': (*IN_MJCF,),
@@ -33,8 +38,25 @@ IN_FORMAT = {
     'Isaac Lab': ('armature', 'back_emf_scale', 'voltage_limit'),
 }
 """What of that each format holds."""
+SHOWN = {
+    needs.INERTIA: ('link_mass', 'body_mass'),
+    needs.ARMATURE: ('armature', 'dof_armature'),
+    needs.DAMPING: ('viscous_friction', 'dof_damping'),
+    needs.DRAG: ('quadratic_drag', 'dof_dampingpoly'),
+    needs.SPRING: ('joint_spring', 'jnt_stiffness'),
+    needs.DRY: ('coulomb_friction', 'dof_frictionloss'),
+    needs.BIAS: ('bias_torque', 'actuator_biasprm'),
+    needs.MOTOR: ('back_emf_scale', 'actuator_biasprm'),
+    needs.LIMIT: ('voltage_limit', 'actuator_ctrlrange'),
+    needs.LAG: ('actuator_lag', 'actuator_dynprm'),
+    needs.DELAY: ('command_delay', 'actuator_delay'),
+    needs.RAMP: ('goal_rate', 'actuator_dynprm'),
+    needs.OFFSET: ('encoder_offset', 'qpos0'),
+    needs.LATE: ('measurement_delay', 'sensor_delay'),
+    needs.TOUCH: ('ground_friction', 'pair_friction'),
+}
+"""By what is held an effect that needs it, and where MuJoCo has that."""
 IN_NONE = {
-    'quadratic_drag': {'d': 0.1},
     'torque_ripple': {'a': 0.1, 'n': 3.0},
     'load_dependent_friction': {'mu': 0.1},
     'backlash': {'gap': 0.1},
@@ -43,7 +65,6 @@ IN_NONE = {
     'quadratic_load_friction': {'mu': 0.1, 'mu2': 0.1},
     'directional_load_friction': {'mu': 0.1, 'mu_back': 0.1},
     'voltage_push': {'v': 0.1},
-    'command_delay': {'delay': 0.1},
     'voltage_deadband': {'v': 1.0},
     'external_force': {'z': 1.0},
     'encoder_scale': {'k': 1.1},
@@ -51,7 +72,6 @@ IN_NONE = {
     'warming_friction': {'c': 0.1, 'c_start': 0.2},
     'torque_fade': {'s': 0.1},
     'velocity_lag': {'tau': 0.1},
-    'measurement_delay': {'delay': 0.1},
 }
 
 
@@ -70,6 +90,27 @@ def test_in_a_format(name, format_name):
     else:
         assert kept == []
         assert len(lines) == 1 and f'{format_name} holds no ' in lines[0]
+
+
+@pytest.mark.parametrize(
+    ('format_name', 'need'),
+    [(name, need) for name in ('MJCF', 'URDF') for need in sorted(needs.SPEAKS[name])],
+)
+def test_mujocos_compiler_takes_what_the_table_says(format_name, need):
+    mujoco = pytest.importorskip('mujoco')
+    name, figure = SHOWN[need]
+    robot = {'goal_rate': 'xl330_pendulum', 'ground_friction': 'leo'}.get(name, 'servo_pendulum')
+    values = (IN_BOTH | IN_MJCF | {'goal_rate': {'rate': 2.0}, 'ground_friction': {'mu': 0.3}})[
+        name
+    ]
+    model = modelled(robot, (name, values))
+    assert need in needs.needs(model.effects[0], model.robot)
+    without, taken = (
+        getattr(mujoco.MjModel.from_xml_string(text), figure)
+        for held_ in (held(Model(robot), format_name), held(model, format_name))
+        for text in [written(TREES[format_name](held_.model))]
+    )
+    assert not np.array_equal(without, taken)
 
 
 @pytest.mark.parametrize(
@@ -121,7 +162,7 @@ def test_what_a_format_holds_is_simulated_without_the_rest():
     whole = Model('servo_pendulum', engine='rigid')
     offset = place(whole.robot, 'encoder_offset', 'pivot', o=0.3)
     drives = {}
-    for format_name in SPEAKS:
+    for format_name in needs.SPEAKS:
         model = held(whole.changed(effects=[offset]), format_name).simulated
         laws, one = model.laws, np.ones(1)
         slowed = laws.torques(one, 0 * one, 0 * one, one, None, None).motor
@@ -144,10 +185,14 @@ def test_friction_of_a_robot_and_of_an_effect_is_one_level():
         np.testing.assert_allclose(level, 0.0515 + 0.05)
 
 
-def test_gains_of_servos_are_in_every_format_with_motors_and_limited_goals_in_none():
+def test_gains_of_servos_are_in_every_format_with_motors_and_limited_goals_in_mjcf():
     for name, values in {'servo_stiffness': {'k': 2.0}, 'servo_damping': {'d': 0.1}}.items():
-        for format_name in SPEAKS:
+        for format_name in needs.SPEAKS:
             kept, lines = sorted_out(name, values, format_name, 'xl330_pendulum')
             assert bool(kept) == (format_name != 'URDF') and bool(kept) != bool(lines)
-    _, lines = sorted_out('goal_rate', {'rate': 2.0}, 'MJCF', 'xl330_pendulum')
-    assert 'MJCF holds no limited rates of goals' in lines[0]
+    _, lines = sorted_out('goal_rate', {'rate': 2.0}, 'SDF', 'xl330_pendulum')
+    assert 'SDF holds no limited rates of goals' in lines[0]
+    both = ('goal_rate', {'rate': 2.0}), ('actuator_lag', {'tau': 0.1})
+    found = held(modelled('xl330_pendulum', *both), 'MJCF')
+    assert [p.effect.name for p in found.model.effects] == ['goal_rate']
+    assert any('actuator_lag' in line and 'no second lag' in line for line in found.left_out)

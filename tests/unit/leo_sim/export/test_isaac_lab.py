@@ -48,7 +48,6 @@ def module(name, **parts):
 
 @pytest.fixture
 def isaac(monkeypatch):
-    """Stand-ins for what the file imports."""
     sim = module('isaaclab.sim', UrdfFileCfg=URDF, UrdfConverterCfg=CONVERTER)
     there = {
         'isaaclab': module('isaaclab', sim=sim),
@@ -90,7 +89,6 @@ def test_a_motor_on_volts_is_a_dc_motor(isaac, tmp_path):
 
 
 def dc_motor(cfg, effort, rate):
-    """What Isaac Lab's DCMotor applies for an effort that is asked for at a rate."""
     effort = effort - cfg.damping * rate
     high = cfg.saturation_effort * (1 - rate / cfg.velocity_limit)
     low = cfg.saturation_effort * (-1 - rate / cfg.velocity_limit)

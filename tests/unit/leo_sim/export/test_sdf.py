@@ -19,7 +19,6 @@ from leo_sim.model import Model
 
 
 def exported(robot, *effects):
-    """The robot with effects on all that they can be on, as `<model>`."""
     root = sdf(held(modelled(robot, *effects, engine='rigid'), 'SDF').model)
     return ElementTree.fromstring(ElementTree.tostring(root)).find('model')
 
@@ -48,7 +47,6 @@ def moved(joint, angle):
 
 
 def frames(model, angles):
-    """Where each link is in the world, by the file alone."""
     links = {link.get('name'): link for link in model.findall('link')}
     joints = {joint.findtext('child'): joint for joint in model.findall('joint')}
 

@@ -108,7 +108,6 @@ def test_a_lagging_rate_is_a_filtered_one():
 )
 @pytest.mark.parametrize('robot', [ROBOT, ARM], ids=['pendulum', 'double_pendulum'])
 def test_history_warms_up_what_effects_remember(effect, values, exact, robot):
-    """A window with the samples before it goes on like the run it was cut from."""
     model = Model(robot, [place(robot, effect, 'all', **values)])
     joints, cut = len(robot.joint_names), 40
     inputs = 0.5 * RNG.uniform(-1, 1, (1, 60, joints)) * robot.limits

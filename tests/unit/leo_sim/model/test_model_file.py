@@ -115,7 +115,6 @@ def test_a_robot_folder_beside_the_file(tmp_path):
 
 
 def with_a_robot_folder(tmp_path):
-    """A model of a robot in folder `here/arm`, in file `here/out/m.yaml`."""
     arm = tmp_path / 'here/arm'
     shutil.copytree(load_robot('pendulum').folder, arm)
     (tmp_path / 'here/out').mkdir()
@@ -260,7 +259,6 @@ def test_what_no_robot_has_is_refused_in_robots_models_and_ranges(path, value, t
 
 
 def with_figure(folder: Path, path: str, quantity: dict) -> None:
-    """The pendulum again, whose robot.yaml says otherwise."""
     content = yaml.safe_load((ROBOT.folder / 'robot.yaml').read_text())
     *groups, key = path.split('.')
     part = content

@@ -25,7 +25,6 @@ EXACT = {'actuators.pivot.resolution': 0.0}
 
 
 def simulated(effects=(), constants=EXACT, goals=GOALS, **model):
-    """Angle and rate of the robot at all samples, (N + 1, 2)."""
     made = Model(ROBOT, effects, constants, **model)
     return np.concatenate(stepped(made, goals[:, None], PERIOD), axis=1)
 

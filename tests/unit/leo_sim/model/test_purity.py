@@ -29,7 +29,6 @@ def model(engine):
 
 @cache
 def pairs():
-    """States, some with a memory, inputs, and whether the motor is on."""
     rng = np.random.default_rng(0)
     maker = model('rigid')
     result = []

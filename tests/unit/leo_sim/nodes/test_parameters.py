@@ -10,8 +10,6 @@ from leo_sim.nodes.parameters import read_noise, read_settings
 
 
 class Declared:
-    """A node that only declares parameters; `given` are on its command line."""
-
     def __init__(self, **given):
         self._parameter_overrides = {n: SimpleNamespace(value=v) for n, v in given.items()}
         self.public = {}

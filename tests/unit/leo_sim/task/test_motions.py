@@ -15,7 +15,6 @@ LEO = load_robot('leo')
 
 
 def moved(name: str, seed: int, seconds: float = 3.0) -> tuple[np.ndarray, np.ndarray]:
-    """Angles and voltages of a motion from its start pose, until it falls."""
     rng, model = np.random.default_rng(seed), Model(LEO, engine='rigid', scheme='search')
     state, script = model.start(MOTIONS[name].start, rng), MOTIONS[name].script(LEO, rng)
     falls, rows = Falls(LEO), []

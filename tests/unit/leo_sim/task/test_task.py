@@ -19,7 +19,6 @@ TIME = -1.5
 
 
 def stepped(q, dq=STILL, **changes):
-    """A state with some joints elsewhere."""
     q = np.array(q)
     for joint, value in changes.items():
         q[LEO.joint_names.index(joint)] += value

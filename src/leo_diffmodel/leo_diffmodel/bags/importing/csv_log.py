@@ -37,11 +37,14 @@ _POINT = re.compile(r'[+-]?\d*\.\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
 _THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}(,\d{3})+', re.ASCII)
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 _COMMA_FOR_POINT = str.maketrans(',.', '.,')
+LONGEST = 100_000  # characters of a line: looking through more takes minutes
 Row = tuple[int, list[str]]  # number of a line, and its cells
 
 
 def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
     lines = logs.read_log_text(log, log_format.encoding).splitlines()
+    if (most := max(map(len, lines), default=0)) > LONGEST:
+        raise UserError(f'{log}: a line of {most} characters; at most {LONGEST} are read')
     header, rows = _headed(_rows(log, lines, log_format), log_format)
     if not rows:
         raise UserError(f'{log} {"has a head but no rows" if header else "is empty"}')

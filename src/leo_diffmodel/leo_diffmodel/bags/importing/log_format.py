@@ -119,8 +119,8 @@ def each_once(names: Sequence[str], where: str) -> None:
 
 
 def without_infinite(values: Column) -> Column:
-    """Return numbers with NaN for infinite ones, which no sensor measures."""
-    return np.where(np.isinf(values), np.nan, values)
+    """Return numbers with NaN for infinite and huge ones, which no sensor measures."""
+    return np.where(np.abs(values) < 1e100, values, np.nan)
 
 
 def numbered(width: int) -> list[str]:

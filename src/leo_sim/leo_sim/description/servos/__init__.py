@@ -79,8 +79,6 @@ Entry = tuple[int, int, Literal['read', 'write'], int]
 
 
 def _si(unit: str) -> BeforeValidator:
-    """Reads a quantity as a number of this unit."""
-
     def convert(found: Any) -> float:
         quantity = Quantity.model_validate(found)
         return quantity.value * conversion(quantity.unit, unit, 'a servo unit')
@@ -89,8 +87,6 @@ def _si(unit: str) -> BeforeValidator:
 
 
 class RegistersFile(Schema):
-    """The registers of a family: dynamixel.yaml, feetech.yaml."""
-
     eeprom: dict[str, Entry]
     ram: dict[str, Entry]
     acceleration_unit: Annotated[float, _si('rad/s2')]  # a count of profile_acceleration
@@ -147,7 +143,6 @@ def servo_models() -> dict[str, ServoModel]:
 
 
 def servo_model(name: str, family: Family | None = None) -> ServoModel:
-    """The servo of that name, of a family or any; UserError names the nearest one."""
     known = {n: m for n, m in servo_models().items() if family in (None, m.family)}
     if name not in known:
         raise UserError(

@@ -36,7 +36,6 @@ class Push:
         return float(self.states[-1].position[joint] - self.states[0].position[joint])
 
     def summed(self, joint: int) -> float:
-        """How far it went by its velocities [rad or m]."""
         times = np.array([state.stamp for state in self.states])
         rates = np.array([state.velocity[joint] for state in self.states])
         return float(np.sum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times)))
@@ -162,7 +161,6 @@ def _push(trial: Trial, k: int, moving: Moving) -> Push:
 
 
 def _strongest(trial: Trial, k: int, moving: Moving) -> float:
-    """The largest push on an actuator, the way that has more room to the stops, or of goals."""
     name = trial.info.actuators[k]
     goals, (joint,) = trial.info.goals, (j for j in trial.robot.joints if j.name == name)
     low, high = joint.limits if goals is None else goals[:, k]

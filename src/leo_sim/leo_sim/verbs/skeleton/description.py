@@ -26,9 +26,11 @@ class Description:
     frictions: Mapping[str, str]  # dry friction that was taken out, N m (N), as written
     notes: tuple[str, ...]  # what else was left out, one sentence each
     rotors: Mapping[str, float] = field(default_factory=dict)  # inertia, kg m2
-    # where every motor is a position servo: N m/rad, N m s/rad, furthest goal rad (0: not said)
-    loops: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    springs: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # N m/rad, rest rad
+    # where every motor is a position servo: N m/rad, N m s/rad, furthest goal rad (0: not said),
+    # largest rate of the goal rad/s (0: none)
+    loops: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
+    # what else is an effect here, by its name and joint (or 'all')
+    effects: Mapping[tuple[str, str], Mapping[str, float]] = field(default_factory=dict)
     motors: frozenset[str] | None = None  # joints with an actuator; None: all of them
     base: str = 'fixed'  # or 'planar'
     gravity: float = 9.81  # m/s2
@@ -83,7 +85,6 @@ def _without_meshes(root: Element) -> list[str]:
 
 
 def _without_friction(root: Element) -> dict[str, str]:
-    """Drop dry friction, which is an effect here, and return it by joint."""
     found = {}
     for joint in root.findall('joint'):
         dynamics = joint.find('dynamics')
@@ -114,7 +115,7 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
         text=tostring(root, encoding='unicode') + '\n',
         frictions={j: c for j, c in description.frictions.items() if j not in lost},
         loops={j: loop for j, loop in description.loops.items() if j not in lost},
-        springs={j: k for j, k in description.springs.items() if j not in lost},
+        effects={at: p for at, p in description.effects.items() if at[1] not in lost},
         motors=None if motors is None else motors - lost,
         notes=(*description.notes, note),
     )

@@ -43,7 +43,6 @@ def pose_range(joint: Joint) -> tuple[float, float]:
 
 
 def check_masses(robot: Robot, source: str) -> None:
-    """Raise UserError where a joint moves nothing that has mass: it would have no motion."""
     mass, _ = Model(robot, engine='rigid').rigid.mass_and_bias(
         poses(robot.joints), np.zeros((STATES, len(robot.joint_names)))
     )
@@ -102,7 +101,6 @@ def _rms(values: np.ndarray) -> np.ndarray:
 
 
 def measure_step(folder: Path) -> tuple[float, float, float]:
-    """Write the longest exact step into robot.yaml: the step before and now [s], and its error."""
     if not folder.is_dir():
         raise UserError(f'{folder} is no robot folder; leo robot step takes one of yours')
     robot = load_robot(folder)

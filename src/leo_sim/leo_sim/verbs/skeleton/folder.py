@@ -27,8 +27,6 @@ PERIOD = 0.01
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A robot folder that was made, with what to fill in, left out or doubted, in sentences."""
-
     robot: Robot
     open: tuple[str, ...]
     notes: tuple[str, ...]
@@ -96,17 +94,15 @@ def _without_stops(robot: Robot) -> list[str]:
 
 
 def _effects(folder: Path, description: Description, joints: Sequence[Joint]) -> list[str]:
-    found = {
-        f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
-        for joint, friction in _frictions(description, joints).items()
-    }
-    found |= {
-        f'the spring of {joint}': [f'joint_spring:{joint}', f'k={stiffness:g}', f'rest={rest:g}']
-        for joint, (stiffness, rest) in description.springs.items()
-    }
-    words = chain.from_iterable(found.values())
+    dry = _frictions(description, joints).items()
+    found = {('coulomb_friction', j): {'c': float(c)} for j, c in dry} | {**description.effects}
+    said = ', '.join(f'{name} at {joint}' for name, joint in found)
+    words = chain.from_iterable(
+        [f'{name}:{joint}', *(f'{key}={value:g}' for key, value in p.items())]
+        for (name, joint), p in found.items()
+    )
     return [
-        f'{", ".join(found)} left out of robot.urdf: an effect each; '
+        f'{said} left out of robot.urdf: an effect each; '
         f'{leo("add", folder, *words, "-o", "model.yaml")}'
     ] * bool(found)
 

@@ -2,6 +2,7 @@
 """An MJCF of a robot with a fixed or a planar base, as MuJoCo compiles it, turned to a URDF."""
 
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, indent, SubElement, tostring
@@ -17,13 +18,14 @@ from leo_sim.verbs.skeleton.description import Description
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
 OF_JOINT = 0  # mjtTrn
+LAGS, KNOWN, OF_PID = (2, 3), (0, 2, 3, 6), 5  # mjtDyn, mjtDyn, mjtGain
+OF_STATES = 9, 10  # mjtSensor
 LIGHT = 1e-6
 """Mass of a link between two joints of one body, kg; its inertia is as many times smaller."""
 PLANAR = ((1, 0, 0), (0, 0, 1), (0, 1, 0))  # axes of the joints of a planar base
 
 
 def read_mjcf(path: Path, name: str) -> Description:
-    """Read an MJCF file, with all that it includes; its robot is called `name`."""
     model = load_mujoco('an MJCF').compiled(path)
     for i in np.flatnonzero(model.jnt_type < SLIDE).tolist():
         kind = {FREE: 'free', BALL: 'a ball'}[int(model.jnt_type[i])]
@@ -49,11 +51,7 @@ def read_mjcf(path: Path, name: str) -> Description:
         notes=tuple(_notes(model, motors)),
         rotors={names[j]: float(rotor[j]) for j in motors if rotor[j]},
         loops={names[j]: loop for j, loop in _loops(model, motors).items()},
-        springs={
-            name: (stiffness, float(model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j))
-            for j, name in enumerate(names)
-            if (stiffness := float(model.jnt_stiffness[j]))
-        },
+        effects={(effect, at): p for effect, at, p in _effects(model, names, motors)},
         motors=frozenset(names[j] for j in motors) or None,
         base='planar' if _planar(model, motors) else 'fixed',
         gravity=float(np.linalg.norm(model.opt.gravity)),
@@ -122,28 +120,56 @@ def _add_link(
 
 def _motors(model: Any) -> dict[int, int]:
     found: dict[int, int] = {}
-    for i in range(model.nu):
+    for i in range(len(model.actuator_trntype)):
         if model.actuator_trntype[i] == OF_JOINT:
             found.setdefault(int(model.actuator_trnid[i, 0]), i)
     return found
 
 
+def _effects(
+    model: Any, names: list[str], motors: dict[int, int]
+) -> Iterator[tuple[str, str, dict[str, float]]]:
+    for j, name in enumerate(names):
+        if stiffness := model.jnt_stiffness[j]:
+            rest = model.qpos_spring[model.jnt_qposadr[j]] - _zero(model, j)
+            yield 'joint_spring', name, {'k': stiffness, 'rest': rest}
+        if (drag := model.dof_dampingpoly[model.jnt_dofadr[j], 0]) > 0:
+            yield 'quadratic_drag', name, {'d': drag}
+    for j, i in motors.items():
+        if (delay := model.actuator_delay[i]) > 0:
+            yield 'command_delay', names[j], {'delay': delay}
+        if model.actuator_dyntype[i] in LAGS:
+            yield 'actuator_lag', names[j], {'tau': model.actuator_dynprm[i, 0]}
+    if late := _late(model):
+        yield 'measurement_delay', 'all', {'delay': late}
+
+
+def _late(model: Any) -> float:
+    """The delay that the sensors of all joints share, s; 0 where they do not."""
+    seen = {*zip(model.sensor_type.tolist(), model.sensor_objid.tolist(), strict=True)}
+    whole = seen == {*product(OF_STATES, range(model.njnt))} and not np.ptp(model.sensor_delay)
+    return max(float(model.sensor_delay[0]), 0.0) if whole else 0.0
+
+
 def _is_servo(model: Any, i: int) -> bool:
-    """Whether an actuator has a loop or a back-EMF: a bias that is not 0."""
     return bool(model.actuator_biastype[i] and model.actuator_biasprm[i].any())
 
 
-def _loops(model: Any, motors: dict[int, int]) -> dict[int, tuple[float, float, float]]:
+def _loops(model: Any, motors: dict[int, int]) -> dict[int, tuple[float, float, float, float]]:
     """What `Description.loops` has, by number of the joint; nothing where a motor is no servo."""
     found = {}
     for joint, i in motors.items():
         gain = model.actuator_gainprm[i, 0]
         shift, by_angle, by_rate = model.actuator_biasprm[i, :3]
+        if pid := model.actuator_gaintype[i] == OF_PID:
+            gain = 0.0 if gain else -by_angle  # its own is that of the integral
         if not (gain > 0 and np.isclose(by_angle, -gain) and shift == 0):
             return {}
         gear = abs(float(model.actuator_gear[i, 0]))
         furthest = np.abs(model.actuator_ctrlrange[i]).max() * bool(model.actuator_ctrllimited[i])
-        found[joint] = float(gain * gear**2), float(-by_rate * gear**2), float(furthest / gear)
+        rate = model.actuator_dynprm[i, 1] if pid else 0.0
+        gains = float(gain * gear**2), float(-by_rate * gear**2)
+        found[joint] = *gains, float(furthest / gear), float(rate / gear)
     return found
 
 
@@ -178,10 +204,12 @@ def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
         'geoms': model.ngeom,
         'equality constraints': model.neq,
         'tendons': model.ntendon,
-        'sensors': model.nsensor,
+        'sensors': 0 if _late(model) else model.nsensor,
+        'further powers of damping': np.count_nonzero(model.dof_dampingpoly[:, 1]),
+        'further powers of stiffness': np.count_nonzero(model.jnt_stiffnesspoly),
         'key frames': model.nkey,
-        'actuators that are not of a joint of their own': model.nu - len(motors),
-        'lags of actuators': np.count_nonzero(model.actuator_dyntype),
+        'actuators that are not of a joint of their own': len(model.actuator_gear) - len(motors),
+        'dynamics of actuators': np.count_nonzero(~np.isin(model.actuator_dyntype, KNOWN)),
     }
     gone = [f'{count} {what}' for what, count in counts.items() if count]
     servos = [_joint(model, j) for j, i in motors.items() if _is_servo(model, i)]

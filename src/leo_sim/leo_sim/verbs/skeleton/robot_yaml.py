@@ -90,9 +90,9 @@ def _figures(description: Description, joint: str, load: float, kind: str, slide
     }
 
 
-def _in_torque(loop: tuple[float, float, float], effort: Guess, most: float) -> Figures:
+def _in_torque(loop: tuple[float, float, float, float], effort: Guess, most: float) -> Figures:
     """A loop in N m; without a largest torque it gives what any goal asks for."""
-    stiffness, damping, furthest = loop
+    stiffness, damping, furthest, rate = loop
     limit = furthest or most
     if effort.open:
         effort = Guess(2 * stiffness * limit, 'N m', 'the file has no limit', False)
@@ -101,6 +101,7 @@ def _in_torque(loop: tuple[float, float, float], effort: Guess, most: float) -> 
         'stiffness': Guess(stiffness, 'N m/rad', "the MJCF's", False),
         'damping': Guess(damping, 'N m s/rad', "the MJCF's", False),
         'effort': effort,
+        **({'goal_rate': Guess(rate, 'rad/s', "the MJCF's slewmax", False)} if rate else {}),
     }
 
 
@@ -239,7 +240,6 @@ def tail(joint: Joint, mass: float) -> str:
 
 
 def quoted(text: str) -> str:
-    """A name as YAML takes it: plain where that is safe."""
     plain = re.fullmatch(r'[A-Za-z_][\w./-]*', text, re.ASCII)
     words = ('true', 'false', 'yes', 'no', 'on', 'off', 'null', 'y', 'n')
     return text if plain and text.lower() not in words else json.dumps(text)

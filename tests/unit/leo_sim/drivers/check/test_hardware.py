@@ -161,7 +161,6 @@ def test_code_that_fails_once_the_cable_is_out_is_no_fault_of_the_cable(rig):
 
 
 def on_bus(name, robot, bus=None):
-    """The checks that a driver fails on an emulated bus."""
     bus = bus or running(robot, 7.4)
     driver = load_driver(name, options(robot, bus))
     return failures(driver, robot, FULL, clock=bus.computer)
@@ -180,7 +179,6 @@ def test_the_drivers_pass_on_the_emulated_bus(tmp_path, like, family, model):
 
 
 def test_a_servo_that_is_turned_around_is_found_out(tmp_path):
-    """Its direction in robot.yaml is not that of the rig."""
     one = robot_with_servo(tmp_path / '1', 'servo_pendulum', 'XM430-W210', direction=-1)
     other = robot_with_servo(tmp_path / '2', 'servo_pendulum', 'XM430-W210', direction=1)
     bus = running(one, 7.4)
@@ -189,8 +187,6 @@ def test_a_servo_that_is_turned_around_is_found_out(tmp_path):
 
 
 class _Reversed:
-    """A robot whose motor cable is the wrong way round."""
-
     def __init__(self, model):
         self._model = model
 
@@ -202,7 +198,6 @@ class _Reversed:
 
 
 def test_the_driver_that_the_docs_show_passes(tmp_path):
-    """docs/your_driver.md, to the letter."""
     page = (ROOT / 'docs/your_driver.md').read_text()
     file = tmp_path / 'my_driver.py'
     file.write_text(page.split('```python\n')[1].split('```')[0])

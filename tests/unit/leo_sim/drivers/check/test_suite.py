@@ -29,8 +29,6 @@ def test_the_simulated_driver_passes_everything_that_can_be_tried():
 
 
 class Watched(SimulatedDriver):
-    """Keeps what it was told to write."""
-
     written = ()
 
     def write(self, values):
@@ -44,8 +42,6 @@ def test_nothing_moves_unless_it_is_allowed():
 
 
 def changed(**fields):
-    """A driver whose states have these fields changed by functions."""
-
     class Changed(SimulatedDriver):
         def read(self):
             state = super().read()
@@ -65,8 +61,6 @@ def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_m
 
 
 def commanded(act, applied=lambda applied, values: applied):
-    """A driver that changes what it is told to write, and what it says was applied."""
-
     class Commanded(SimulatedDriver):
         def write(self, values):
             return applied(super().write(act(values)), values)
@@ -75,12 +69,10 @@ def commanded(act, applied=lambda applied, values: applied):
 
 
 def told(share):
-    """A driver that says that this share of what was commanded is applied."""
     return commanded(np.array, lambda said, _: replace(said, values=share * said.values))
 
 
 def as_asked(applied, values):
-    """Says that all of it was applied."""
     return replace(applied, values=np.array(values))
 
 
@@ -153,8 +145,6 @@ def test_each_way_to_be_wrong_fails_its_own_check(kind, check, said):
 
 
 class MeasuredLate(SimulatedDriver):
-    """Measures what is applied, with an error, a period late."""
-
     before = 0.0
 
     def write(self, values):

@@ -39,13 +39,10 @@ LEGS = (1, 2, 3, 4, 5, 6)
 
 @pytest.fixture
 def rig():
-    """LEO hanging on a bus with a clock of its own."""
     return running(load_robot('leo'), 13.8, 'hanging')
 
 
 class Port(Limits, PortHandler):
-    """The SDK's port, on the same clock."""
-
     def __init__(self, rig):
         super().__init__(rig.port)
         self.computer, self.slack = rig.computer, CONFIGURE
@@ -291,7 +288,6 @@ def test_a_cable_out_of_the_bus_is_silence(rig, port):
 
 @pytest.fixture
 def terminal():
-    """A rig on a pseudo-terminal, with a clock that the test moves, and the port's other end."""
     plant = Plant(DriverOptions(load_robot('leo'), start='hanging'), 13.8, 0.0)
     made = Terminal(plant, Line(9600.0, Trouble()), computer=Clock())
     theirs = os.open(made.port, os.O_RDWR)

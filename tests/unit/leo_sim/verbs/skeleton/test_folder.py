@@ -87,7 +87,6 @@ def test_a_long_chain_is_measured_in_fewer_states_and_said(tmp_path, capsys, mon
 
 
 def chain(count: int) -> str:
-    """A URDF of so many heavy links that swing behind each other."""
     links = ''.join(
         f"""
 <link name="l{i}"><inertial><origin xyz="0 0 -0.05"/><mass value="1"/>

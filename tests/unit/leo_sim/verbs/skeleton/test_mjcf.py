@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from tests.models import modelled
 
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
@@ -67,7 +68,6 @@ def folder_of(text, tmp_path, kind='torque'):
 
 
 def mass_and_bias(text, q, dq):
-    """MuJoCo's inertia with armature, and bias of gravity and motion, at angles from its zeros."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = model.qpos0 + q, dq
@@ -125,6 +125,20 @@ def test_an_exported_model_comes_back(tmp_path):
         assert ours == pytest.approx(theirs, rel=1e-9)
 
 
+def test_delays_drag_lags_and_goal_rates_come_back(tmp_path):
+    slow = ('command_delay', {'delay': 0.04}), ('measurement_delay', {'delay': 0.02})
+    also = ('quadratic_drag', {'d': 0.1}), ('goal_rate', {'rate': 2.0})
+    servo = modelled('xl330_pendulum', *slow, *also)
+    made = folder_of(written(mjcf(held(servo, 'MJCF').model)), tmp_path / 'servo', '')
+    words = 'quadratic_drag:pivot d=0.1 command_delay:pivot delay=0.04 measurement_delay:all'
+    assert f'{words} delay=0.02 -o' in '\n'.join(made.notes)
+    assert 'not taken over from the MJCF: 1 key frames' in made.notes
+    assert Model(made.robot).constants['actuators.pivot.goal_rate'] == pytest.approx(2.0)
+    motor = modelled('torque_pendulum', ('actuator_lag', {'tau': 0.03}))
+    made = folder_of(written(mjcf(held(motor, 'MJCF').model)), tmp_path / 'motor')
+    assert 'actuator_lag:pivot tau=0.03 -o' in '\n'.join(made.notes)
+
+
 def test_motors_of_an_exported_model_come_back_and_others_say_their_sign(tmp_path):
     text = written(mjcf(held(Model('torque_pendulum', engine='rigid'), 'MJCF').model))
     made = folder_of(text, tmp_path)
@@ -136,7 +150,6 @@ def test_motors_of_an_exported_model_come_back_and_others_say_their_sign(tmp_pat
 
 
 def test_servos_come_over_with_their_gains_and_go_back(tmp_path):
-    """Torques are those of MuJoCo where it is off the goal, and where it gives all it has."""
     made = folder_of(SERVOS, tmp_path, '')
     robot = made.robot
     assert robot.input == 'position' and robot.limits == pytest.approx([1.0, 3.0])
@@ -168,9 +181,12 @@ def test_joints_that_no_robot_here_has(tmp_path, joint, said):
     assert not (tmp_path / 'robot').exists()
 
 
-def test_a_file_that_mujoco_refuses(tmp_path):
-    with pytest.raises(UserError, match=r'file.xml: MuJoCo refuses it: .*nonsense'):
-        folder_of('<mujoco><nonsense/></mujoco>', tmp_path)
+@pytest.mark.parametrize('wrong', ['<nonsense/><actuator>', 'mass="nan"', 'mass="-1"'])
+def test_a_file_that_mujoco_refuses_is_one_line_and_leaves_no_log(tmp_path, monkeypatch, wrong):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=r'file.xml: MuJoCo refuses it: '):
+        folder_of(WALKER.replace('mass="1"' if 'mass' in wrong else '<actuator>', wrong), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ['file.xml']
 
 
 def test_without_mujoco(tmp_path, monkeypatch):
