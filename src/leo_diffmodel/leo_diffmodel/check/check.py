@@ -70,7 +70,8 @@ class Check:
             return f'no: mend first what is marked {marked}'
         limits = [f'not to {to}: {listed(x)}' for to, x in (('find', blind), ('name', twins)) if x]
         if limits:
-            return '; '.join([f'yes, for {able} of {every} effects', *limits])
+            said = 'yes,' if 2 * able >= every else 'no, only'
+            return '; '.join([f'{said} for {able} of {every} effects', *limits])
         said = f'each of {every} effects could be found and named'
         return f'{"yes, with warnings" if WARNING in severities else "yes"}: {said}'
 
