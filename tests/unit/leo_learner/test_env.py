@@ -152,10 +152,7 @@ def test_a_policy_that_drives_no_robot_or_a_stronger_one(changed, said, policy, 
 
 def test_a_policy_of_another_unit_or_period_is_refused_and_old_ones_have_none(policy, model):
     loaded, robot = Policy.load(policy), model.robot
-    for other, said in (
-        ({'input': 'torque'}, 'V, here N m'),
-        ({'control_period': 0.01}, '0.05 s'),
-    ):
+    for other, said in (({'input': 'torque'}, 'V, here N'), ({'control_period': 0.01}, '0.05 s')):
         with pytest.raises(UserError, match=said):
             loaded.check(replace(robot, **other))
     old = {name: text for name, text in loaded.metadata.items() if name != 'control_period'}

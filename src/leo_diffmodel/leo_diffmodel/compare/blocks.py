@@ -7,9 +7,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.settings import COMPARE
-from leo_diffmodel.compare.windows import Windows
-
-Array = np.ndarray
+from leo_diffmodel.compare.windows import Array, Windows
 
 
 @dataclass(frozen=True)

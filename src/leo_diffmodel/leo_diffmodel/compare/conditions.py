@@ -11,11 +11,10 @@ import numpy as np
 from leo_diffmodel.compare.pushes import own
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import input_unit, length_unit, torque_unit
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import Array, Windows
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
-Array = np.ndarray
 FORWARD, BACKWARD, TURNING = 'forward', 'backward', 'still or turning'
 ON, FREE = 'on', 'free'
 SWING, STANCE, DOUBLE = 'swing', 'stance', 'double support'

@@ -11,12 +11,10 @@ from leo_diffmodel.compare.noise import of_inputs
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import length_unit
-from leo_diffmodel.compare.windows import cut, per_window, Windows
+from leo_diffmodel.compare.windows import Array, cut, per_window, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 from leo_sim.task.task import observation
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -10,19 +10,18 @@ from scipy.special import gammaincinv
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import pushes
 from leo_diffmodel.compare.settings import COMPARE
-from leo_diffmodel.compare.windows import cut, spread_out, Windows
+from leo_diffmodel.compare.windows import Array, cut, spread_out, Windows
 from leo_sim.model import Model
 
-Array = np.ndarray
 HISTORY = COMPARE.history  # what windows keep before them [s]
 
 
 def short_windows(recordings: Recordings) -> list[Windows]:
     """The short windows of each recording that its noise is read from; ValueError without any."""
-    shares = [COMPARE.noise_seconds / r.state_period for r in recordings]
-    counts = np.clip(np.round(shares), *COMPARE.noise_intervals)
+    wanted = [round(COMPARE.noise_seconds / r.state_period) for r in recordings]
+    counts = np.clip(wanted, *COMPARE.noise_intervals)
     both = zip(recordings, counts, strict=True)
-    return [cut([r], float(n) * r.state_period, history=COMPARE.history) for r, n in both]
+    return [cut([r], n * r.state_period, history=HISTORY) for r, n in both]
 
 
 def estimate(model: Model, short: Sequence[Windows]) -> Array:

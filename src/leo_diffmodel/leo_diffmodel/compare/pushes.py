@@ -8,12 +8,11 @@ import numpy as np
 
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.compare.windows import per_window, spread_out, Windows
+from leo_diffmodel.compare.windows import Array, per_window, spread_out, Windows
 from leo_sim.dynamics.whole_windows import Along
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
-Array = np.ndarray
 SCHEMES = ('search', 'training')  # the coarsest first
 
 

@@ -19,12 +19,11 @@ from leo_diffmodel.compare.comparison import enough, windows_up_to
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.compare.pushes import stepped
 from leo_diffmodel.compare.settings import COMPARE
-from leo_diffmodel.compare.windows import at_one_rate, thin, Windows
+from leo_diffmodel.compare.windows import Array, at_one_rate, thin, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 STAGES = 2
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,9 @@ from leo_diffmodel.compare.errors import has_memory
 from leo_diffmodel.compare.pushes import nearer, predict, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import push_scale, torque_scale
-from leo_diffmodel.compare.windows import cut, per_window, spread_out, Windows
+from leo_diffmodel.compare.windows import Array, cut, per_window, spread_out, Windows
 from leo_sim.model import Model
 
-Array = np.ndarray
 MOST_DRAWN = 1500  # windows whose torque a page shows
 
 

@@ -10,10 +10,9 @@ from leo_diffmodel.compare.conditions import BACKWARD, Condition, conditions, FO
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.windows import Array
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

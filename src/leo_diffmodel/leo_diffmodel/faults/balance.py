@@ -15,9 +15,8 @@ from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
 from leo_diffmodel.outside.ordinary import losses
-from leo_diffmodel.outside.samples import block_covariance, reweighted
+from leo_diffmodel.outside.samples import Array, block_covariance, reweighted
 
-Array = np.ndarray
 GIVEN = ('weight', 'across', 'motor', 'late')
 
 

@@ -29,25 +29,22 @@ def find_faults(recordings: Recordings, model: Model, by_torques: bool = True) -
     `by_torques` asks the balance of torques, too: not where laws that nobody knows act.
     """
     out = [f for r in recordings for f in faults_of(r, model.of_recordings((r.name,)), by_torques)]
-    told = [_of_this_log_alone(f) if _contradicted(f, recordings) else f for f in out]
-    return sorted(told, key=lambda f: not f.error)
+    return sorted((_by_all(f, recordings) for f in out), key=lambda f: not f.error)
 
 
-def _of_this_log_alone(found: Found) -> Found:
-    return replace(found, severity=WARNING, what=f'{found.what}, in this log alone')
-
-
-def _contradicted(found: Found, recordings: Recordings) -> bool:
-    """Whether another log of the joint has the right unit, and this one is less than twice off.
+def _by_all(found: Found, recordings: Recordings) -> Found:
+    """A warning where another log of the joint has the right unit, and this less than twice it.
 
     That comes from motion between the samples: where feet rattle, sampled speeds are no means.
     """
     low, high = LIMITS.about_one
     if found.code not in ('speed_scale', 'angle_scale') or not low < found.value < high:
-        return False
+        return found
     others = [r for r in recordings if str(r.path) != found.bag and found.joint in r.joints]
     related = (relate(r, r.joints.index(found.joint)) for r in others)
-    return any(relation is not None and relation.right_unit for relation in related)
+    if not any(relation is not None and relation.right_unit for relation in related):
+        return found
+    return replace(found, severity=WARNING, what=f'{found.what}, in this log alone')
 
 
 @np.errstate(all='ignore')

@@ -11,9 +11,7 @@ from leo_diffmodel.faults.left_out import better, mean, misses, Reading, rest
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.finding import ERROR
 from leo_diffmodel.outside.flow import Flow
-from leo_diffmodel.outside.samples import runs
-
-Array = np.ndarray
+from leo_diffmodel.outside.samples import Array, runs
 
 
 def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found | None:

@@ -14,9 +14,8 @@ import numpy as np
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
 from leo_diffmodel.outside.ordinary import explained, ordinary
+from leo_diffmodel.outside.samples import Array
 from leo_diffmodel.outside.settings import OUTSIDE
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

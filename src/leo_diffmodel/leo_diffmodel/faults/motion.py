@@ -16,10 +16,9 @@ import numpy as np
 from scipy.special import huber
 
 from leo_diffmodel.faults.settings import LIMITS
-from leo_diffmodel.faults.spline import Knots, Rows, solved
+from leo_diffmodel.faults.spline import Array, Knots, Rows, solved
 from leo_diffmodel.outside.samples import block_covariance, huber_weight, noise, resolution, spread
 
-Array = np.ndarray
 TINY = 1e-300
 NAMES = ('scale', 'late', 'filter', 'zero')
 

@@ -14,12 +14,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from leo_diffmodel.bags.held import mean_held
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.outside.masses import Motion
-from leo_diffmodel.outside.samples import integral, noise, THIRD
+from leo_diffmodel.outside.samples import Array, integral, noise, THIRD
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,10 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.outside.finding import ERROR, Finding, WARNING
 from leo_diffmodel.outside.flow import Flow, still_rates
 from leo_diffmodel.outside.ordinary import Ordinary
-from leo_diffmodel.outside.samples import runs, spread
+from leo_diffmodel.outside.samples import Array, runs, spread
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
-Array = np.ndarray
 TODO = {
     'push': 'a hand, a stop or a cable? cut it out: leo bag cut --without-outside',
     'hand': 'a hand is in no model: record again with nothing but the motors moving it',

@@ -7,10 +7,8 @@ import numpy as np
 
 from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.samples import integral, resolution
+from leo_diffmodel.outside.samples import Array, integral, resolution
 from leo_diffmodel.outside.settings import OUTSIDE
-
-Array = np.ndarray
 
 
 class Frozen(NamedTuple):

@@ -12,13 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
+from leo_diffmodel.outside.samples import Array
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.description.joint import Body
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.kinematics.frames import symmetric
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,10 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from leo_diffmodel.outside.flow import Flow, rotors
-from leo_diffmodel.outside.samples import reweighted
+from leo_diffmodel.outside.samples import Array, reweighted
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
-Array = np.ndarray
 ANY = np.inf
 
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.samples import integral, noise, reweighted, spread
+from leo_diffmodel.outside.samples import Array, integral, noise, reweighted, spread
 from leo_diffmodel.outside.settings import OUTSIDE
 
-Array = np.ndarray
 TINY = 1e-12  # rad, m: keeps weights finite where a fit is exact
 
 

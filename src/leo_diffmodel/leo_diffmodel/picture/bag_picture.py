@@ -45,9 +45,8 @@ def show(
     _check(output, seconds, poses)
     robot = load_model(robot_of(bag, model)).robot
     alone = output.suffix == '.png' and at is not None and seconds is None
-    shown = take(
-        read_bag(bag, robot, TopicMap(input='none')), robot, at, 0.0 if alone else seconds
-    )
+    recording = read_bag(bag, robot, TopicMap(input='none'))
+    shown = take(recording, robot, at, 0.0 if alone else seconds)
     try:
         with whole(output) as part:
             _write(part, shown, poses)

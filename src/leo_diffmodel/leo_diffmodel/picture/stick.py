@@ -66,9 +66,7 @@ class Stick:
     def sticks(self, q: np.ndarray) -> list[tuple[np.ndarray, str]]:
         """The lines of the figure alone, (N, 2) and colour."""
         seen = self._seen(q)
-        return [
-            (seen(link, points), self._colours.get(link, PLAIN)) for link, points in self._lines
-        ]
+        return [(seen(n, points), self._colours.get(n, PLAIN)) for n, points in self._lines]
 
     def lines(self, q: np.ndarray) -> list[np.ndarray]:
         """Points of each line, (N, 2), at angles of a model that may have run away to NaN."""

@@ -194,10 +194,7 @@ def test_spikes_of_an_encoders_zero_are_once_a_turn(wrapped, noise):
 
 @pytest.mark.parametrize(
     ('speed', 'at', 'spikes', 'once_a_turn'),
-    [
-        (45.0, at_zero(45.0 * TEN), -400.0, True),
-        (3.0, [100, 333, 480], (60.0, -45.0, 50.0), False),
-    ],
+    [(45.0, at_zero(45.0 * TEN), -400.0, True), (3.0, [100, 333, 480], (60, -45, 50), False)],
     ids=['a fast wheel', 'anywhere'],
 )
 def test_spikes_of_a_wheel_are_counted_and_mended(speed, at, spikes, once_a_turn):

@@ -161,11 +161,7 @@ def test_an_angle_that_begins_in_another_turn_than_its_goals(tmp_path):
 
 @pytest.mark.parametrize(
     'goal',
-    [
-        np.where(T < 2, 0.0, 4.0),
-        np.where((T > 2) & (T < 2.3), 4.0, 0.0),
-        np.where(T < 2, -3.1, 3.1),
-    ],
+    [np.where(T < 2, 0, 4.0), np.where((T > 2) & (T < 2.3), 4.0, 0), np.where(T < 2, -3.1, 3.1)],
 )
 def test_a_goal_that_steps_far_is_meant(tmp_path, goal):
     rate = np.zeros_like(T)

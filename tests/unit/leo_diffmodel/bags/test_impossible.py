@@ -2,7 +2,6 @@
 """Values that no robot has are left out and told; what is in another unit stays."""
 
 from pathlib import Path
-import warnings
 
 import numpy as np
 import pytest
@@ -11,10 +10,11 @@ from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.impossible import input_channels
-from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 
+pytestmark = pytest.mark.filterwarnings('error')
 COUNT = 400
 
 
@@ -31,12 +31,6 @@ def write(folder: Path, **found: np.ndarray) -> Path:
     channels = (column[:, None] for column in measured)
     run = Run(0.01 * np.arange(COUNT), ['pivot'], *channels, inputs=inputs)
     return write_runs(folder, [run], {'robot': 'pendulum'})
-
-
-def read(bag: Path) -> Recording:
-    with warnings.catch_warnings():
-        warnings.simplefilter('error')
-        return read_bag(bag, PENDULUM)
 
 
 def glitch(name: str, value: float) -> dict[str, np.ndarray]:
@@ -60,7 +54,7 @@ def glitch(name: str, value: float) -> dict[str, np.ndarray]:
     ],
 )
 def test_one_value_that_no_robot_has_is_left_out_and_told(name, value, told, sign, tmp_path):
-    recording = read(write(tmp_path / 'bag', **glitch(name, sign * value)))
+    recording = read_bag(write(tmp_path / 'bag', **glitch(name, sign * value)), PENDULUM)
     (warning,) = recording.warnings
     assert told in warning and 'left out' in warning
     (episode,) = recording.episodes
@@ -79,33 +73,32 @@ def test_one_value_that_no_robot_has_is_left_out_and_told(name, value, told, sig
     ],
 )
 def test_a_channel_in_another_unit_stays(name, unit, tmp_path):
-    recording = read(write(tmp_path / 'bag', **{name: unit * columns()[name]}))
+    recording = read_bag(write(tmp_path / 'bag', **{name: unit * columns()[name]}), PENDULUM)
     assert not any('no robot' in warning for warning in recording.warnings)
     assert sum(len(e.t) for e in recording.episodes) == COUNT
 
 
 def test_volts_logged_in_millivolts_stay(tmp_path):
-    recording = read(write(tmp_path / 'bag', volts=1000 * np.sign(np.sin(np.arange(COUNT)))))
+    volts = 1000 * np.sign(np.sin(np.arange(COUNT)))
+    recording = read_bag(write(tmp_path / 'bag', volts=volts), PENDULUM)
     assert recording.warnings == () and abs(recording.episodes[0].inputs).max() == 1000
 
 
 def test_what_motors_and_hands_do_stays(tmp_path):
     found = {**glitch('dq', 5000.0), **glitch('volts', 30.0)}
-    recording = read(write(tmp_path / 'bag', **found))
+    recording = read_bag(write(tmp_path / 'bag', **found), PENDULUM)
     assert not any('no robot' in warning for warning in recording.warnings)
 
 
 def test_a_channel_that_no_unit_explains_is_one_line(tmp_path):
     bag = write(tmp_path / 'bag', dq=np.full(COUNT, 1e200))
     with pytest.raises(UserError, match=r'no joint state is left: 400 velocities of pivot'):
-        read(bag)
+        read_bag(bag, PENDULUM)
 
 
 def test_compare_goes_on_without_them(tmp_path, capsys):
     found = {**glitch('dq', 1e200), **glitch('volts', 1e5)}
-    with warnings.catch_warnings():
-        warnings.simplefilter('error')
-        assert main(['compare', str(write(tmp_path / 'bag', **found)), '--model', 'pendulum']) == 0
+    assert main(['compare', str(write(tmp_path / 'bag', **found)), '--model', 'pendulum']) == 0
     out, err = capsys.readouterr()
     assert 'nan' not in out
     told = [line for line in err.splitlines() if line.startswith('warning: ')]

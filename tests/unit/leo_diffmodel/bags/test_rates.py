@@ -13,6 +13,7 @@ from leo_diffmodel.compare.windows import every
 from leo_msgs_py.errors import UserError
 
 WHOLE = record(TORQUE, seconds=8.0)
+FAST = WHOLE.episodes[0]
 RNG = np.random.default_rng(0)
 
 
@@ -21,16 +22,12 @@ def bag(*episodes: Episode) -> Recording:
     return replace(WHOLE, episodes=tuple(apart), warnings=(f'{WHOLE.path}: told',))
 
 
-def fast(seconds: float = 8.0) -> Episode:
-    return record(TORQUE, seconds=seconds).episodes[0]
-
-
 def slow(stride: int = 2, seconds: float = 8.0) -> Episode:
     return every(record(TORQUE, seconds=seconds), [stride]).episodes[0]
 
 
 def test_each_rate_is_a_recording_with_its_own_period():
-    given = bag(fast(), slow(), fast(), slow(3), slow(2, 1.0))
+    given = bag(FAST, slow(), FAST, slow(3), slow(2, 1.0))
     parts = by_rate([given])
     names = ['(part 1, 100 Hz)', '(part 2, 50 Hz)', '(part 3, 33.33 Hz)']
     assert [p.name for p in parts] == [f'simulated_1 {name}' for name in names]
@@ -42,23 +39,17 @@ def test_each_rate_is_a_recording_with_its_own_period():
         distinct([*parts, given])
 
 
-def test_commands_that_come_more_rarely_than_states_keep_their_period():
-    seldom = replace(bag(fast(), slow()), command_period=0.04)
-    assert [p.command_period for p in by_rate([seldom])] == [0.04, 0.04]
-
-
-def test_gaps_of_the_bag_are_none_of_a_part():
+def test_parts_keep_the_period_of_rare_commands_and_have_no_gaps_of_the_bag():
     told = f'{WHOLE.path}: 2 gaps; split there'
-    parts = by_rate([replace(bag(fast(), slow()), warnings=(told,))])
-    assert [p.warnings for p in parts] == [(), ()]
+    parts = by_rate([replace(bag(FAST, slow()), command_period=0.04, warnings=(told,))])
+    assert [(p.command_period, p.warnings) for p in parts] == [(0.04, ())] * 2
 
 
 def test_two_cuts_of_a_bag_are_distinct_where_they_share_no_time():
-    whole = record(TORQUE, seconds=8.0)
-    distinct([between(whole, None, 4.0), between(whole, 4.5, None)])
-    for overlapping in (whole, between(whole, 3.0, None)):
+    distinct([between(WHOLE, None, 4.0), between(WHOLE, 4.5, None)])
+    for overlapping in (WHOLE, between(WHOLE, 3.0, None)):
         with pytest.raises(UserError, match='is the same bag'):
-            distinct([between(whole, None, 4.0), overlapping])
+            distinct([between(WHOLE, None, 4.0), overlapping])
 
 
 def test_a_rate_that_only_wanders_stays_one():
@@ -66,5 +57,5 @@ def test_a_rate_that_only_wanders_stays_one():
         steps = RNG.choice([0.01, 0.02], len(episode.t) - 1)
         return replace(episode, t=np.cumsum(np.r_[0.0, steps]))
 
-    for given in (bag(fast(), fast()), bag(jittered(fast()), fast()), bag(fast(), slow(2, 1.0))):
+    for given in (bag(FAST, FAST), bag(jittered(FAST), FAST), bag(FAST, slow(2, 1.0))):
         assert by_rate([given]) == [given]

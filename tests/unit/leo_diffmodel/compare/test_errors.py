@@ -70,9 +70,8 @@ def test_the_median_of_a_mixture_is_that_of_all_its_errors():
         deviation = np.where(np.arange(count) < quiet * count, 0.1, 1.0)[:, None, None]
         error = deviation * rng.standard_normal(size)
         given = errors.Prediction(windows, windows.measured - error, deviation**2 + np.zeros(size))
-        found = [
-            replace(AHEAD, seconds=s).figures(given)['median'] for s in 0.01 * np.arange(1, 50)
-        ]
+        ahead = (Headline('median', seconds) for seconds in 0.01 * np.arange(1, 50))
+        found = [each.figures(given)['median'] for each in ahead]
         floor = AHEAD.floor(given)['median']
         np.testing.assert_allclose(floor, np.median(found, axis=0), rtol=0.2)
 

@@ -57,9 +57,8 @@ def test_the_fields_of_the_contract_are_there_and_are_json():
 @pytest.mark.parametrize('variable', ['speed', 'direction', 'load', 'angle', 'input', 'time'])
 def test_each_variable_counts_every_window_once(variable):
     for joint in ('shoulder', 'elbow'):
-        assert sum(r['data_share'] for r in strip(two_joints(), joint, variable)) == (
-            pytest.approx(1.0)
-        )
+        rows = strip(two_joints(), joint, variable)
+        assert sum(r['data_share'] for r in rows) == pytest.approx(1.0)
 
 
 def test_a_spring_fails_at_large_angles_and_says_how_much():

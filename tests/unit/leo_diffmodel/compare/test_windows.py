@@ -12,6 +12,8 @@ from leo_diffmodel.compare.windows import cut, thin
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
+SLOW = record(TORQUE, seconds=4)
+
 
 def faster(recording: Recording, factor: int) -> Recording:
     """These states told to be `factor` times as close in time."""
@@ -20,23 +22,20 @@ def faster(recording: Recording, factor: int) -> Recording:
 
 
 def test_mixed_rates_become_one():
-    slow = record(TORQUE, seconds=4)
-    made = thin([faster(slow, 10), faster(slow, 2), slow])
+    made = thin([faster(SLOW, 10), faster(SLOW, 2), SLOW])
     assert [r.state_period for r in made] == pytest.approx([0.01] * 3)
-    assert made[2] is slow
+    assert made[2] is SLOW
 
 
 def test_episodes_of_two_rates_in_one_bag_become_one():
-    slow = record(TORQUE, seconds=4)
-    both = faster(slow, 5).episodes + faster(slow, 2).episodes
-    made = thin([replace(slow, episodes=both)])[0].episodes
+    both = faster(SLOW, 5).episodes + faster(SLOW, 2).episodes
+    made = thin([replace(SLOW, episodes=both)])[0].episodes
     assert [np.median(np.diff(e.t)) for e in made] == pytest.approx([0.004, 0.005])
 
 
 def test_a_rate_that_is_not_high_stays():
-    slow = record(TORQUE, seconds=4)
-    assert thin([slow])[0] is slow
-    assert thin([faster(slow, 2)])[0].episodes[0].t.size == slow.episodes[0].t.size
+    assert thin([SLOW])[0] is SLOW
+    assert thin([faster(SLOW, 2)])[0].episodes[0].t.size == SLOW.episodes[0].t.size
 
 
 def test_a_thinned_recording_is_predicted_as_well_as_the_full_one():
@@ -54,7 +53,7 @@ def test_a_thinned_recording_is_predicted_as_well_as_the_full_one():
 
 
 def test_inputs_are_averaged_over_the_longer_steps():
-    full = faster(record(TORQUE, seconds=4), 5)
+    full = faster(SLOW, 5)
     (short,) = thin([full])
     (e,), (long,) = full.episodes, short.episodes
     width = np.diff(e.t)[:, None]

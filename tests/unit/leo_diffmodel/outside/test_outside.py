@@ -17,7 +17,7 @@ from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.check.check import forces
-from leo_diffmodel.compare.sizes import gravity_scale
+from leo_diffmodel.compare.sizes import gravity_scale, mass_scale
 from leo_diffmodel.outside.finding import ERROR
 from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.outside import moved_from_outside, not_the_robot, share_outside, without
@@ -34,14 +34,10 @@ WRONG = {
         place(r, 'coulomb_friction', 'pivot', c=0.1 * g),
         place(r, 'viscous_friction', 'pivot', b=0.01 * g),
     ),
-    'payload': lambda r, g: (place(r, 'link_mass', r.moving_links[-1], m=last_mass(r)),),
+    'payload': lambda r, g: (place(r, 'link_mass', r.moving_links[-1], m=mass_scale(r)),),
     'gain': lambda r, g: (place(r, 'torque_scale', 'pivot', k=0.8),),
     'late': lambda r, g: (place(r, 'command_delay', 'pivot', delay=0.03),),
 }
-
-
-def last_mass(robot: Robot) -> float:
-    return robot.constants[f'links.{robot.moving_links[-1]}.mass'].value
 
 
 def wrong(robot: Robot, what: str) -> tuple:

@@ -27,10 +27,8 @@ def bag_of(name, folder, seconds=1.0):
     q[:, -1] -= 0.3 * np.sin(4 * t)
     if robot.base == 'planar':
         q[:, 1] += np.where(t > 0.5 * seconds, 0.2, -0.001)
-    inputs = {a.joint: {'voltage': 0 * t, 'enabled': 1 + 0 * t} for a in robot.actuators}
-    return write_runs(
-        folder, [Run(t, robot.joint_names, q, 0 * q, inputs=inputs)], {'robot': name}
-    )
+    volts = {a.joint: {'voltage': 0 * t, 'enabled': 1 + 0 * t} for a in robot.actuators}
+    return write_runs(folder, [Run(t, robot.joint_names, q, 0 * q, inputs=volts)], {'robot': name})
 
 
 def share_of(picture, colour):

@@ -61,9 +61,8 @@ def test_members_of_a_pair_show_beside_each_other():
     one, other = case.effects
     assert one.effect.name != other.effect.name
     assert min(case.sizes) >= LEAST_OF_PAIR
-    assert case.sizes[0] == pytest.approx(
-        OpenLoop(case.run, case.effects, (other,)).size(one)[0], rel=1e-9
-    )
+    beside = OpenLoop(case.run, case.effects, (other,))
+    assert case.sizes[0] == pytest.approx(beside.size(one)[0], rel=1e-9)
 
 
 def test_a_law_outside_the_catalogue_is_hidden_on_every_robot_in_turn():
@@ -116,6 +115,5 @@ def test_the_truth_is_sealed_until_it_is_revealed(tmp_path):
     assert truth['ever_free'] and truth['robot'] == 'servo_pendulum'
     assert len(truth['constants']) == 4
     (effect,) = truth['effects']
-    assert effect['parameters'] == {
-        k: pytest.approx(float(v)) for k, v in case.effects[0].parameters.items()
-    }
+    values = {name: float(value) for name, value in case.effects[0].parameters.items()}
+    assert effect['parameters'] == pytest.approx(values)

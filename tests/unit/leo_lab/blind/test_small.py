@@ -59,9 +59,8 @@ def test_a_small_world_is_drawn_again_from_its_seed():
     one, again = (draw_case(NONE_HIDDEN, 'small') for _ in 'ab')
     assert one.effects == () and one.small_sizes == again.small_sizes
     assert (one.sensing, one.run.noise) == (again.sensing, again.run.noise)
-    assert [(place_of(p), p.parameters) for p in one.small] == [
-        (place_of(p), p.parameters) for p in again.small
-    ]
+    first, second = ([(place_of(p), p.parameters) for p in case.small] for case in (one, again))
+    assert first == second
 
 
 def test_the_truth_holds_what_is_small_and_the_bag_does_not(case, tmp_path):

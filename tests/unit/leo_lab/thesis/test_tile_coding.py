@@ -54,9 +54,8 @@ def test_hashing_stays_as_it_is():
 
 def test_weights_start_small_random_and_by_seed():
     grid = np.random.default_rng(0).uniform(-50, 50, (2000, 2))
-    one, again, other = (
-        np.array([t.values(x) for x in grid]) for t in (tiles(), tiles(), tiles(seed=1))
-    )
+    made = tiles(), tiles(), tiles(seed=1)
+    one, again, other = (np.array([t.values(x) for x in grid]) for t in made)
     assert np.array_equal(one, again) and not np.any(one == other)
     assert one.mean() == pytest.approx(0.005, rel=0.01)
     assert one.std() == pytest.approx(0.01 / np.sqrt(12 * 16), rel=0.05)

@@ -25,9 +25,8 @@ def test_seeds_are_those_of_leo_learn_and_none_is_trained_twice(tmp_path, capsys
     assert seeds.main(['--count', '1', '--first-seed', '4', '-o', str(many), *WORDS]) == 0
     shutil.rmtree(many / 'seed_4')
     capsys.readouterr()
-    assert (
-        seeds.main(['--count', '2', '--first-seed', '4', '--json', '-o', str(many), *WORDS]) == 0
-    )
+    words = ['--count', '2', '--first-seed', '4', '--json', '-o', str(many), *WORDS]
+    assert seeds.main(words) == 0
     told = json.loads(capsys.readouterr().out)
     assert told['n'] == 2
     assert [row['seed'] for row in told['rows']] == [4, 5]
@@ -39,9 +38,8 @@ def test_seeds_are_those_of_leo_learn_and_none_is_trained_twice(tmp_path, capsys
 def test_a_cluster_trains_the_same_and_a_run_that_was_stopped_goes_on(tmp_path, capsys):
     by_jobs, by_cluster = tmp_path / 'jobs', tmp_path / 'cluster'
     assert learn.main([*WORDS[1:-1], '20', '--seed', '0', '-o', str(by_cluster / 'seed_0')]) == 0
-    (by_cluster / 'seed_0' / learn.RUN).write_text(
-        (by_cluster / 'seed_0' / learn.RUN).read_text().replace('"steps": 20', '"steps": 30')
-    )
+    run = by_cluster / 'seed_0' / learn.RUN
+    run.write_text(run.read_text().replace('"steps": 20', '"steps": 30'))
     assert seeds.main(['--count', '2', '-o', str(by_jobs), *WORDS]) == 0
     with local_cluster(2) as cluster:
         words = ['--scheduler', cluster.scheduler_address, '-o', str(by_cluster), *WORDS]

@@ -38,13 +38,9 @@ def test_networks_start_as_in_the_thesis():
 
 def test_critic_is_decayed_and_the_actor_is_not():
     update = Agent(3, 1, THESIS, seed=0, update=AutogradUpdate).update
-    decays = [
-        [g['weight_decay'] for g in a.param_groups]
-        for a in (update.actor_adam, update.critic_adam)
-    ]
-    rates = [a.param_groups[0]['lr'] for a in (update.actor_adam, update.critic_adam)]
-    assert decays == [[0.0, 0.0], [0.01, 0.0]]
-    assert rates == [1e-4, 1e-3]
+    groups = [adam.param_groups for adam in (update.actor_adam, update.critic_adam)]
+    assert [[g['weight_decay'] for g in each] for each in groups] == [[0.0, 0.0], [0.01, 0.0]]
+    assert [each[0]['lr'] for each in groups] == [1e-4, 1e-3]
 
 
 def test_noise_follows_its_recursion():
@@ -56,16 +52,13 @@ def test_noise_follows_its_recursion():
 
 
 def test_bootstraps_unless_terminated():
-    agent = Agent(
-        1, 1, replace(THESIS, hidden=(8, 8), tau=0.0, critic_l2=0.0, critic_rate=0.01), seed=0
-    )
+    config = replace(THESIS, hidden=(8, 8), tau=0.0, critic_l2=0.0, critic_rate=0.01)
+    agent = Agent(1, 1, config, seed=0)
     with torch.no_grad():
         agent.target_critic.members[0].output.bias.fill_(10.0)
-    seen = np.zeros((64, 1), np.float32)
+    seen, ones = np.zeros((64, 1), np.float32), np.ones(64, np.float32)
     for terminated, value in ((1.0, 1.0), (0.0, 1.0 + 0.99 * 10.0)):
-        batch = Batch(
-            seen, seen, np.ones(64, np.float32), seen, np.full(64, terminated, np.float32)
-        )
+        batch = Batch(seen, seen, ones, seen, terminated * ones)
         for _ in range(1500):
             agent.learn(batch)
         zero = torch.zeros(1, 1)

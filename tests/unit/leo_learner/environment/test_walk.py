@@ -57,9 +57,8 @@ def test_footsteps_by_hand():
 def test_a_step_that_was_lost_is_none_of_the_episode(monkeypatch):
     env = Recorded(ModelEnv(Model(ODE, engine='rigid')))
     env.reset(seed=0)
-    monkeypatch.setattr(
-        env.env, 'step', lambda action: (np.zeros(1), 0.0, False, True, {'lost': 1})
-    )
+    lost = np.zeros(1), 0.0, False, True, {'lost': 1}
+    monkeypatch.setattr(env.env, 'step', lambda action: lost)
     assert env.step(np.zeros(6))[3] and len(env.com_path()) == 1
 
 
@@ -107,9 +106,8 @@ def test_a_fall_and_no_way():
     fallen = leg(LEO, 'right', 0.0, torso_pitch=-1.1)
     found = walked(LEO, np.array([fallen, fallen]), np.zeros((2, 9)), np.zeros((1, 6)))
     assert found.fell and found.distance == 0 and found.energy_per_metre is None
-    assert walk_text(found.__dict__) == (
-        '0.00 m in 0 footsteps (feet passed each other 0 times), 0 J, fell after 0.03 s'
-    )
+    told = '0.00 m in 0 footsteps (feet passed each other 0 times), 0 J, fell after 0.03 s'
+    assert walk_text(found.__dict__) == told
 
 
 def test_recorded_forgets_the_episode_before():
@@ -137,8 +135,7 @@ def test_the_shipped_policy_walks_and_its_bag_is_read(tmp_path, capsys):
     assert found['distance'] > 15 and found['footsteps'] > 50 and found['passes'] > 50
     assert not found['fell'] and found['seconds'] == pytest.approx(20.01)
     [episode] = read_bag(bag, LEO).episodes
-    assert len(episode.q) == 668 and np.ptp(episode.q[:, 0]) == pytest.approx(
-        found['distance'], abs=0.3
-    )
+    assert len(episode.q) == 668
+    assert np.ptp(episode.q[:, 0]) == pytest.approx(found['distance'], abs=0.3)
     with pytest.raises(UserError, match='exists; choose another'):
         main(['leo_walk', '--bag', str(bag)])

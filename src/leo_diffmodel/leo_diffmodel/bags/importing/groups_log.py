@@ -68,6 +68,4 @@ def _numpy_content(log: Path) -> Any:
 MAT = reader('mat', ('mat',), _mat_content)
 NUMPY = reader('numpy', ('npz', 'npy'), _numpy_content)
 HDF5 = reader('hdf5', ('h5', 'hdf5'), _hdf5_content)
-ZARR = Reader(
-    'zarr', ('zip',), read_zarr, lambda log: any((log / head).is_file() for head in HEADS)
-)
+ZARR = Reader('zarr', ('zip',), read_zarr, lambda log: any((log / h).is_file() for h in HEADS))

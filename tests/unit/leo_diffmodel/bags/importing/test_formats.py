@@ -224,6 +224,7 @@ OBJECTS = 'is not a NumPy file without objects, which can run code; np.savez('
         ('a.npz', np.array([{}], dtype=object), OBJECTS),
         *(('a.npz', b'', OBJECTS), ('a.h5', b'', 'is not an HDF5 file: ')),
         *(('a.parquet', b'', 'is not a parquet file: '), ('a.jsonl', b'', 'no list of records')),
+        *(('a.json', b'{', 'is not JSON'), ('a.mat', b'x', 'is not a MATLAB file')),
         *(('a.zip', b'', 'is not a zarr group: '), ('a.bag', b'', 'is not a ROS 1 bag: ')),
         *(('a.mcap', b'no', 'is not an MCAP file'), ('a.csv.gz', b't,q', 'is not a text file: ')),
         ('a.hdf5', b'h5py', "is not installed: pip install 'leo_diffmodel[logs]'"),

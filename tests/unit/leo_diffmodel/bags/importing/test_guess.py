@@ -84,9 +84,7 @@ def test_the_way_of_a_hand_is_no_angle(tmp_path, low, high, whole):
     file = guess_map(log, tmp_path / 'map.yaml', robot := load_robot('so101'), 'so101')
     found = yaml.safe_load(file.read_text())['joints']['gripper']['position']
     stops = next(joint.limits for joint in robot.joints if joint.name == 'gripper')
-    assert found['offset'] + found['scale'] * np.array([0, whole]) == pytest.approx(
-        stops, abs=1e-4
-    )
+    assert found['offset'] + found['scale'] * np.r_[0, whole] == pytest.approx(stops, abs=1e-4)
 
 
 def test_a_hand_with_a_unit_in_its_name_is_a_joint(tmp_path):

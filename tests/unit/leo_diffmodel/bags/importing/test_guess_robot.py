@@ -27,6 +27,7 @@ BENCH = """<robot name="bench"><link name="frame"/><link name="wheel"><inertial>
 
 
 def bench(folder: Path, kind: str = 'continuous', takes: str = 'torque') -> Path:
+    folder.mkdir(exist_ok=True)
     (folder / 'bench.urdf').write_text(BENCH.format(kind=kind))
     robot_main(['init', str(folder / 'bench.urdf'), '-o', str(folder / 'bench'), '--input', takes])
     return folder / 'bench'
@@ -61,11 +62,6 @@ def test_a_bench_log_in_any_encoding_becomes_the_same_bag(tmp_path, code, capsys
     np.testing.assert_allclose(episode.dq[:, 0], 40 * np.cos(T), atol=1e-6)
     np.testing.assert_allclose(episode.inputs[:, 0], VOLTS, atol=1e-6)
     assert 'takes torque, the log has voltage: make the robot with' in column_map.read_text()
-
-
-@pytest.fixture(autouse=True)
-def _another_folder(tmp_path):
-    (tmp_path / 'v').mkdir()
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from tests.damage import one_line
 from tests.lerobot_data import write_lerobot
+from tests.simulate import PENDULUM
 import yaml
 
 from leo_diffmodel.bags.contents import load
@@ -24,9 +25,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.states import deserialize
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
 
-PENDULUM = load_robot('pendulum')
 FIVE = {'dtype': 'float32', 'shape': [5], 'names': None}
 GOAL = {'column': 'action.shoulder_pan.pos', 'unit': 'deg'}
 ANGLE = {'column': 'observation.state.shoulder_pan.pos', 'unit': 'deg'}

@@ -4,7 +4,6 @@
 from contextlib import suppress
 import json
 from pathlib import Path
-import warnings
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from leo_diffmodel.verbs import import_logs as verb
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
+pytestmark = pytest.mark.filterwarnings('error')
 MAP = """
 columns: {half: 1 / q}
 time: t
@@ -31,13 +31,6 @@ def written(folder: Path, **logs: str) -> list[str]:
     for name, text in logs.items():
         (folder / f'{name}.csv').write_text(text)
     return [str(folder / f'{name}.csv') for name in logs]
-
-
-@pytest.fixture(autouse=True)
-def _no_warnings():
-    with warnings.catch_warnings():
-        warnings.simplefilter('error')
-        yield
 
 
 def test_a_line_for_each_log_says_which_rows_are_left_out(tmp_path, capsys):
