@@ -2,6 +2,7 @@
 """A robot node as a process, met only through its topics and services."""
 
 from collections.abc import Callable
+from itertools import pairwise
 import signal
 import subprocess
 import time
@@ -94,11 +95,8 @@ class Robot:
         return next(applied for applied in self.applied if applied.stamp_ns >= start)
 
     def fresh(self) -> list[JointStates]:
-        return [
-            s
-            for i, s in enumerate(self.states)
-            if not i or s.stamp_ns != self.states[i - 1].stamp_ns
-        ]
+        news = [b for a, b in pairwise(self.states) if a.stamp_ns != b.stamp_ns]
+        return [*self.states[:1], *news]
 
     def call(self, service: topics.Service, request=None):
         client = self.node.create_client(service.type, f'{self.space}/{service.name}')

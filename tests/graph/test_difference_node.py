@@ -106,11 +106,9 @@ def test_update_weights_and_query(asker, spawn, tmp_path):
 
 
 def test_weights_of_another_model_are_told_and_every_query_is_answered(asker, spawn, tmp_path):
-    difference = untrained(heavier())
-    (tmp_path / 'rollout.difference').mkdir()
-    (tmp_path / 'rollout.difference' / 'difference-001.safetensors').write_bytes(
-        difference.to_bytes()
-    )
+    folder = tmp_path / 'rollout.difference'
+    folder.mkdir()
+    (folder / 'difference-001.safetensors').write_bytes(untrained(heavier()).to_bytes())
     spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
     asker.until(lambda: 'another list of effects' in asker.said)
     for q, dq, volts in ((float('nan'), 1.0, 1.0), (1.0, 1e300, 1.0), (1.0, 1.0, float('nan'))):

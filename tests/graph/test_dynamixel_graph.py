@@ -42,9 +42,7 @@ class Motor:
 
     def ask(self, **parameters) -> list:
         """The answers; asked again where one got lost before both sides knew each other."""
-        asked = [
-            Parameter(name, value=value).to_parameter_msg() for name, value in parameters.items()
-        ]
+        asked = [Parameter(n, value=v).to_parameter_msg() for n, v in parameters.items()]
         for _ in range(12):
             try:
                 return call(self.client, SetParameters.Request(parameters=asked), 10.0).results

@@ -14,14 +14,13 @@ from rclpy.node import Node
 from tests.commands import LEO
 from tests.graph.hostile_peer import KINDS
 from tests.patience import PATIENCE
+from tests.simulate import PENDULUM
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, graph, join, listen, spin_until
 from leo_msgs_py.values import command_message
-from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PENDULUM = load_robot('pendulum')
 PEER = str(Path(__file__).with_name('hostile_peer.py'))
 ROBOT = LEO, 'run', 'leo_sim', 'robot', '--ros-args', '-p', 'robot:=pendulum'
 LOCKSTEP = '-p', 'realtime_factor:=0'

@@ -14,16 +14,15 @@ from std_msgs.msg import UInt32
 from tests import live_bag
 from tests.commands import start, start_node
 from tests.patience import PATIENCE
+from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import header_stamp
 from leo_learner.robot.env import RobotEnv
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_until
-from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PENDULUM = load_robot('pendulum')
 APPLIED = topics.APPLIED['voltage']
 FAST = 1000
 """States per second: 50 of them for each command."""

@@ -169,9 +169,8 @@ def test_a_closed_pipe_and_an_interrupt_are_quiet(peer):
 
 def test_status_says_how_the_nodes_are(domain, tmp_path, leo):
     assert 'no node says how it is' in leo('status', '--seconds', '0.5', status=1)
-    robot = subprocess.Popen(
-        [LEO, 'run', 'leo_sim', 'robot', '--ros-args', '-r', '__ns:=/arm'], cwd=tmp_path
-    )
+    words = 'run', 'leo_sim', 'robot', '--ros-args', '-r', '__ns:=/arm'
+    robot = subprocess.Popen([LEO, *words], cwd=tmp_path)
     try:
         (found,) = json.loads(leo('status', '--seconds', '2', '--json', saying='/arm/robot'))
     finally:

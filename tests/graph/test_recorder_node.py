@@ -20,6 +20,7 @@ from std_msgs.msg import UInt32
 from tests import live_bag
 from tests.commands import start, start_node
 from tests.patience import PATIENCE, until
+from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import load
@@ -30,11 +31,9 @@ from leo_msgs_py import topics
 from leo_msgs_py.node import graph, join, listen, private_parameter, spin_once, spin_until
 from leo_msgs_py.serialized import Taken, taken
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 
-PENDULUM = load_robot('pendulum')
 APPLIED = topics.APPLIED['voltage']
 PERIOD = 0.01
 
@@ -62,11 +61,8 @@ class Robot:
 
     def tick(self) -> None:
         stamp, t = self.count * 10_000_000, self.count * PERIOD
-        self._states.publish(
-            JointStates(
-                stamp, ('pivot',), np.array([math.sin(t)]), np.array([math.cos(t)])
-            ).to_message()
-        )
+        angle, rate = np.array([math.sin(t)]), np.array([math.cos(t)])
+        self._states.publish(JointStates(stamp, ('pivot',), angle, rate).to_message())
         self._applied.publish(Applied(stamp, ('pivot',), np.array([t])).to_message())
         self.count += 1
         spin_once(PERIOD)

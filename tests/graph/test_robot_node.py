@@ -167,9 +167,7 @@ def test_a_replayed_bag_feeds_the_graph_as_the_robot_did(robots, tmp_path):
     robot = robots('/replay', driver='replay', bag=tmp_path / 'bag')
     last = sent[-1][0].header.stamp
     said = robot.states, robot.applied
-    drive_to_the_end(
-        robot, lambda: all(row and time_message(row[-1].stamp_ns) == last for row in said)
-    )
+    drive_to_the_end(robot, lambda: all(m and time_message(m[-1].stamp_ns) == last for m in said))
     assert 'has ended after 400 states' in robot.said()
     count = min(len(robot.states), len(robot.applied))
     assert count >= 100

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.util import find_spec
 import math
 from operator import itemgetter
@@ -61,19 +61,15 @@ class GraphRecorder:
     by a timer of `node`: in Python that takes a tenth of the time of a callback for each message,
     and gives the time at which each was published. The node's name and remappings are used.
 
-    `robot` is the model for the `leo` record where the robot node does not answer; `kept` says
-    what to subscribe with, from what is offered, by default so that nothing is ever lost.
+    `robot` is the model for the `leo` record where the robot node does not answer. Nothing is ever
+    lost, except where so many of the `newest` will do: then no publisher waits for this reader.
     """
 
     def __init__(
-        self,
-        node: Node,
-        recorder: Recorder | MessageBuffer,
-        robot: str = '',
-        kept: Callable[[QoSProfile], QoSProfile] | None = None,
+        self, node: Node, recorder: Recorder | MessageBuffer, robot: str = '', newest: int = 0
     ) -> None:
         self._node = node
-        self._kept = kept or keeping_all
+        self._kept: Any = {'depth': newest} if newest else {'history': HistoryPolicy.KEEP_ALL}
         self._recorder = recorder
         self._facts = RobotFacts(node, robot)
         self._times = ArrivalTimes()
@@ -114,9 +110,9 @@ class GraphRecorder:
         definition(type_text)  # says now, not at the first message, that it cannot be written
         policies = (p.name.lower() for p in (qos.reliability, qos.durability))
         offered = to_yaml(qos.history.name.lower(), qos.depth, *policies)
-        subscription = self._ears.create_subscription(
-            load(type_text), name, lambda _: None, self._kept(qos), raw=True
-        )
+        kept = QoSProfile(**self._kept, durability=qos.durability, reliability=qos.reliability)
+        kind = load(type_text)
+        subscription = self._ears.create_subscription(kind, name, lambda _: None, kept, raw=True)
         self._subscriptions.append((Topic(name, type_text, offered), subscription))
 
     def status(self) -> DiagnosticStatus:
@@ -198,14 +194,3 @@ class GraphRecorder:
     def _describe(self) -> None:
         if facts := self._facts.poll():
             self._recorder.describe(facts)
-
-
-def keeping_all(qos: QoSProfile) -> QoSProfile:
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_ALL, durability=qos.durability, reliability=qos.reliability
-    )
-
-
-def keeping_newest(qos: QoSProfile) -> QoSProfile:
-    """Return what to subscribe with where the publisher must never wait for this reader."""
-    return QoSProfile(depth=1000, durability=qos.durability, reliability=qos.reliability)

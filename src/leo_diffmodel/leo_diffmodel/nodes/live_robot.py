@@ -9,7 +9,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from leo_diffmodel.nodes.graph_recorder import GraphRecorder, keeping_newest
+from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_diffmodel.watch.live.buffer import Condition, MessageBuffer
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, listen, served_apart
@@ -33,7 +33,7 @@ class LiveRobot:
         self.buffer, self.condition = buffer, Condition()
         self.weights, self.asked = b'', ''
         self._name = f'{node.get_namespace().rstrip("/")}/{ROBOT}'
-        self._recording = GraphRecorder(node, buffer, kept=keeping_newest)
+        self._recording = GraphRecorder(node, buffer, newest=1000)
         self._recording.add_graph()
         self._stop = node.create_client(*topics.E_STOP)
         self._release = node.create_client(*topics.E_STOP_RESET)
