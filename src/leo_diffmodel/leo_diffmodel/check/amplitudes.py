@@ -9,11 +9,10 @@ import numpy as np
 
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.check.traces import Trace, Traces
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.problem.hypothesis import widens
 from leo_diffmodel.explain.settings import SETTINGS
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

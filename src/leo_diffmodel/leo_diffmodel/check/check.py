@@ -19,7 +19,7 @@ from leo_diffmodel.check.traces import traces_of
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.compare.pushes import fast_enough
-from leo_diffmodel.compare.windows import cut
+from leo_diffmodel.compare.windows import Array, cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.found import Found
@@ -30,8 +30,6 @@ from leo_msgs_py.console import listed
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import input_unit, length_unit
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.outside.finding import Finding, OK, WARNING
 from leo_sim.description.robot import Robot
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
 from leo_diffmodel.outside.samples import runs
 
-Array = np.ndarray
 EARLY, OWN, LATE = 0, 1, 2  # rows from the goal to the angle that it moves first
 TODO = 'log what was sent (what send_action returns), or cut these parts out: leo bag cut'
 

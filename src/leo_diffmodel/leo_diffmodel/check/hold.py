@@ -13,13 +13,12 @@ from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.compare.windows import cut, spread_out, Windows
+from leo_diffmodel.compare.windows import Array, cut, spread_out, Windows
 from leo_diffmodel.explain.problem.likelihood import huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.outside.finding import ERROR, Finding, OK
 from leo_sim.model import Model
 
-Array = np.ndarray
 MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its stamp'}
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
 
 HARMLESS = (
@@ -15,7 +16,6 @@ HARMLESS = (
     'differentiated anew',
     'wraps by whole turns',
 )
-Array = np.ndarray
 
 
 def timing(recording: Recording) -> list[Finding]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.settings import CHECK
-from leo_diffmodel.compare.windows import evenly, thin
+from leo_diffmodel.compare.windows import Array, evenly, thin
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
 from leo_diffmodel.explain.estimate.ground_scan import scanner_of
@@ -20,8 +20,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_msgs_py.errors import UserError
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
-Array = np.ndarray
 LATE = 0.1  # a step whose length differs from the control period by a larger share is left out
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-Array = np.ndarray
+from leo_diffmodel.compare.windows import Array
+
 WITHIN = 0.99  # share of the held-out data that counts as within the data, not as their edge
 SMALL = 0.1
 """Expected errors below this share of the usual correction do no harm, wherever they are."""

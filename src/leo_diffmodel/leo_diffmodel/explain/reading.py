@@ -14,6 +14,7 @@ import time
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.held_out import HeldOut
@@ -28,8 +29,6 @@ from leo_diffmodel.faults.settings import LIMITS
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.next_run.reach import Reach
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
@@ -13,7 +14,6 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.task.motions import check_motion, MOTIONS
 
-Array = np.ndarray
 Shape = Callable[[Array, np.random.Generator], Array]
 Draw = Callable[[np.random.Generator, int], Array]
 SEED = 0

@@ -13,7 +13,7 @@ from leo_diffmodel.check.pairs import nowhere
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough
-from leo_diffmodel.compare.windows import cut
+from leo_diffmodel.compare.windows import Array, cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.next_run.menu import menu, MotionRun, Runs, walker_menu
 from leo_diffmodel.next_run.questions import fit_all, Fitted, questions
@@ -26,8 +26,6 @@ from leo_diffmodel.next_run.simulate import simulate
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

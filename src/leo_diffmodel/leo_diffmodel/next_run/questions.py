@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.add.patch import found_rows
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.windows import evenly
+from leo_diffmodel.compare.windows import Array, evenly
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_fit import converged, settled_on_ground
@@ -27,8 +27,6 @@ from leo_diffmodel.next_run.settings import NEXT
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,10 @@ from typing import Self
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording, Recordings
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.description.robot import Robot
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from leo_diffmodel.compare.sizes import input_unit
+from leo_diffmodel.compare.windows import Array
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.whole_file import write_whole
@@ -38,7 +39,6 @@ FIRST = '# leo run file'
 UNITS = dict.fromkeys([*INPUT_UNITS.values(), *map(sliding, INPUT_UNITS.values())])
 TORQUE = {'on': True, 'off': False}
 MOST_PERIODS = 1e6  # of one run: 2.8 hours at 100 Hz
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

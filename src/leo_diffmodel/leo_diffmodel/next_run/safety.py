@@ -10,6 +10,7 @@ import numpy as np
 from leo_diffmodel.add.patch import from_data
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.next_run.menu import MotionRun, Runs
 from leo_diffmodel.next_run.questions import Fitted
@@ -19,8 +20,6 @@ from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import simulate
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 def of_answers(fitted: Sequence[Fitted], model: Model) -> list[Model]:

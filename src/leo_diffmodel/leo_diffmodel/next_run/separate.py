@@ -9,7 +9,7 @@ from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import roughly, scan_all
 from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.windows import cut, evenly, Windows
+from leo_diffmodel.compare.windows import Array, cut, evenly, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
 from leo_diffmodel.explain.problem import shooting
@@ -20,8 +20,6 @@ from leo_diffmodel.explain.settings import Grids, SETTINGS, settings_for
 from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 def windows_of(

@@ -15,10 +15,10 @@ from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.ordinary import explained, follows, Law, ordinary, strongest_wave
 from leo_diffmodel.outside.rate import with_true_rates
 from leo_diffmodel.outside.resonance import resonance
+from leo_diffmodel.outside.samples import Array
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
-Array = np.ndarray
 FORCES = ('push', 'hand', 'blocked', 'unexplained')
 """The kinds of stretches in which the robot is moved, or stopped."""
 

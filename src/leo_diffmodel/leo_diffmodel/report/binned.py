@@ -13,13 +13,13 @@ from leo_diffmodel.compare.conditions import folded
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, points
 from leo_diffmodel.report.text import prefix
 from leo_sim.description.robot import Robot
 
-Array = np.ndarray
 MOST_JOINTS = 4
 NEARLY = 0.9
 LABELS = {'voltage': 'voltage [V]', 'torque': 'commanded torque [N m]', 'position': 'goal [rad]'}

@@ -11,11 +11,11 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.errors import horizon_windows, predict_windows, Prediction
+from leo_diffmodel.compare.windows import Array
 
 if TYPE_CHECKING:
     from leo_diffmodel.explain.select.search import Search
 
-Array = np.ndarray
 SECONDS = 1.0
 MOST_WINDOWS = 100
 SHOWN = 4

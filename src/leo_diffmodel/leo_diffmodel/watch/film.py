@@ -11,11 +11,10 @@ import numpy as np
 
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.compare.windows import Array, cut, Windows
 from leo_diffmodel.watch.scene import Scene
 from leo_sim.model import Model
 
-Array = np.ndarray
 WORST = 5
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 

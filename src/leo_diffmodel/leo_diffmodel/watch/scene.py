@@ -14,7 +14,7 @@ from leo_diffmodel.compare.comparison import enough
 from leo_diffmodel.compare.headline import Headline, headline
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough, predict
-from leo_diffmodel.compare.windows import cut, spread_out, thin, Windows
+from leo_diffmodel.compare.windows import Array, cut, spread_out, thin, Windows
 from leo_diffmodel.explain.findings.held_out import held_out
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Candidate
@@ -22,7 +22,6 @@ from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
-Array = np.ndarray
 TRAIN_SECONDS = 0.5
 MOST_TRAINING, ON_GROUND = 40, 10
 """Windows that give a first value of an effect; of a robot on the ground."""

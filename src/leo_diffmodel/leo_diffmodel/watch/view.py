@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.film import RATE
 from leo_diffmodel.picture.stick import Stick
@@ -19,7 +20,6 @@ from leo_sim.description.robot import Robot
 if TYPE_CHECKING:
     from leo_diffmodel.watch.state import State
 
-Array = np.ndarray
 Columns = dict[str, Array]
 DEEPEST = 0.1  # of the floor: errors below, as on data without noise, leave the picture
 GHOSTS = (

@@ -13,12 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.matrices import indices, Matrices, square
 from leo_diffmodel.explain.estimate.terms import Term
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate import ground_fit, trials
 from leo_diffmodel.explain.estimate.estimator import (
     as_fitted,
@@ -29,7 +30,6 @@ from leo_diffmodel.explain.problem.pose import Posed
 from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Robot
 
-Array = np.ndarray
 Field = Sequence[tuple[Scan, Iterate]]
 """Candidates that are still in the race, and how far their fits have come."""
 

@@ -8,11 +8,10 @@ Columns are the sensitivity of the whitened residual (W, N) to the parameters, s
 import numpy as np
 from scipy.special import stdtrit
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Numerics
-
-Array = np.ndarray
 
 
 def conditional_errors(columns: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
@@ -21,7 +22,6 @@ from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Numerics
 from leo_msgs_py.console import Reporter
 
-Array = np.ndarray
 Progress = Callable[..., None]  # is called with what was done, how many steps of what kind
 Widened = Callable[[Fit], Fit]  # a fit with other errors
 SCAN, FIT, PART = 'scan', 'fit', 'part'

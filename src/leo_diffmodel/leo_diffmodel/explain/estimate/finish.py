@@ -13,6 +13,7 @@ from itertools import takewhile
 import numpy as np
 from scipy.linalg import block_diag
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.estimator import as_fitted, FIT, Progress, Widened
 from leo_diffmodel.explain.estimate.fit import fit, read_at
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit
@@ -20,8 +21,6 @@ from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.description.robot import Constant
-
-Array = np.ndarray
 
 
 def finished(

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.covariance import (
     beyond,
     conditional_errors,
@@ -22,8 +23,6 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.shooting import eliminate
 from leo_diffmodel.explain.settings import Numerics
-
-Array = np.ndarray
 
 
 def fit(

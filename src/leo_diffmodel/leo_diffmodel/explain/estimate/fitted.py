@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.settings import Gates
 
 if TYPE_CHECKING:
     from leo_diffmodel.explain.problem.problem import Problem
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import itertools
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.covariance import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
@@ -21,8 +22,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Grids
 from leo_sim.effects import Parameter
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.compare.pushes import predict, tame, whitened
-from leo_diffmodel.compare.windows import per_window, Windows
+from leo_diffmodel.compare.windows import Array, per_window, Windows
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.problem import Linearisation, Problem
 from leo_diffmodel.explain.problem.shooting import sensitivities, whiten
 
-Array = np.ndarray
 COARSE, FINER = 'search', 'training'
 
 

@@ -11,14 +11,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from leo_diffmodel.compare.windows import evenly
+from leo_diffmodel.compare.windows import Array, evenly
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects.motor import Motor
-
-Array = np.ndarray
 
 
 def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Scan]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.estimator import Progress, SCAN
 from leo_diffmodel.explain.estimate.fitted import Fit
@@ -17,7 +18,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Settings
 
-Array = np.ndarray
 Tried = tuple[list[Term], list[Array], list[Scan]]
 """Terms of a candidate, the best first, their columns (C, M), and its scan if it does a thing."""
 

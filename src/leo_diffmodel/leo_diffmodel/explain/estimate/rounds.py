@@ -14,6 +14,7 @@ import time
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate import choice
 from leo_diffmodel.explain.estimate.choice import Kept, Price, price_of, pruned
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, FIT, most_floors
@@ -27,7 +28,6 @@ from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_msgs_py.console import Reporter
 
-Array = np.ndarray
 FRICTION = 'friction'
 ORDINARY = ('viscous_friction', 'coulomb_friction')  # losses that every joint has
 

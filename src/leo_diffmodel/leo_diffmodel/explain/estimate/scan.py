@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import likelihood
@@ -18,8 +19,6 @@ from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Grids, Settings
 from leo_sim.dynamics.whole_windows import Along
 from leo_sim.effects import Parameter
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

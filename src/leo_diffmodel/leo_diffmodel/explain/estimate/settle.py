@@ -13,12 +13,11 @@ from math import inf
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.shooting import Linear
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import price_of, rivals
@@ -31,7 +32,6 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, Hypo
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_msgs_py.console import listed, Reporter
 
-Array = np.ndarray
 Point = tuple[Hypothesis, Array]
 
 

@@ -7,10 +7,10 @@ import itertools
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.scan import Scanner, stretch_limits
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 
-Array = np.ndarray
 MASS, MOMENT = 'link_mass', 'link_com'
 
 

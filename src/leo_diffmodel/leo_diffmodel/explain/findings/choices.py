@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from scipy.special import stdtrit
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.findings import Choices, Contender, Counts
 from leo_diffmodel.explain.findings.held_out import HeldOut
@@ -16,8 +17,6 @@ from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names, supported
 from leo_diffmodel.explain.select.stable import has
-
-Array = np.ndarray
 
 
 def choices(found: Search, facts: Facts) -> Choices:

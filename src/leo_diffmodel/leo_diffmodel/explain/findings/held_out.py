@@ -12,7 +12,7 @@ from leo_diffmodel.compare.blocks import Blocks
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.headline import Figures, Headline, headline
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import Array, Windows
 from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.pose import Posed
@@ -20,7 +20,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
-Array = np.ndarray
 Values = tuple[tuple[str, ...], bytes]
 
 

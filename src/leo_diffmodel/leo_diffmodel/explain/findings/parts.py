@@ -11,7 +11,7 @@ from leo_diffmodel.compare.conditions import carried, folded
 from leo_diffmodel.compare.headline import Figures
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.sizes import length_unit, torque_unit
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import Array, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.findings import Part, Range, RecordingValue, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
@@ -25,8 +25,6 @@ from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names
 from leo_diffmodel.explain.select.stable import share
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 def effects(done: Finished, facts: Facts) -> Iterator[Part]:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect, Parameter, place, Placed
 from leo_sim.model import Model
 
-Array = np.ndarray
 EVERYWHERE = 'all'
 
 

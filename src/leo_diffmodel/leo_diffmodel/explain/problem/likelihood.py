@@ -11,10 +11,9 @@ import math
 import numpy as np
 from scipy.special import chdtri, huber
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.settings import Numerics
 from leo_sim.common.compiled import compiled
-
-Array = np.ndarray
 
 
 def dispersion(residual: Array, states: int) -> float:

@@ -11,7 +11,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import fast_enough
-from leo_diffmodel.compare.windows import cut, evenly, per_window, Windows
+from leo_diffmodel.compare.windows import Array, cut, evenly, per_window, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
@@ -19,7 +19,6 @@ from leo_diffmodel.explain.problem.shooting import eliminate, Linear, sensitivit
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
 
-Array = np.ndarray
 Point = tuple[Hypothesis, Array, Array]
 """A hypothesis, its values (P,) and the start states of all windows (W, 2J)."""
 

@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.pushes import own, predict
-from leo_diffmodel.compare.windows import evenly, per_window, Windows
+from leo_diffmodel.compare.windows import Array, evenly, per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import typical_size
 from leo_diffmodel.explain.problem.shooting import Linear, linearise, whiten
 from leo_diffmodel.explain.settings import Gates, Grids, Numerics, Settings
 from leo_sim.dynamics.whole_windows import Along
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -15,15 +15,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leo_diffmodel.compare.pushes import respond
-from leo_diffmodel.compare.windows import per_window, Windows
+from leo_diffmodel.compare.windows import Array, per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.settings import Numerics
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
     from leo_diffmodel.explain.problem.problem import Problem
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare import sizes
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import Array, Windows
 from leo_diffmodel.explain.settings import Grids
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

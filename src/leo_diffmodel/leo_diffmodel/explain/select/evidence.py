@@ -13,14 +13,13 @@ from functools import reduce
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.covariance import derivatives, solved
 from leo_diffmodel.explain.estimate.estimator import at_joints, Estimate, most_floors
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.settings import Gates, Numerics
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

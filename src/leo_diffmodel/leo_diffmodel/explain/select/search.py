@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recordings
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
@@ -36,8 +37,6 @@ from leo_diffmodel.explain.select.stable import Alike
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from leo_diffmodel.explain.unknown.influence import influence
 from leo_diffmodel.explain.unknown.law import Law
 from leo_diffmodel.explain.unknown.regression import Regression
 
-Array = np.ndarray
 REVEALED = {
     'angle': 'move slowly over the whole range of the angle, both ways',
     'rate': 'sweep the speed slowly from end to end',

@@ -7,7 +7,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recordings
 from leo_diffmodel.compare.sizes import in_volts
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import Array, Windows
 from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate, far_ends, far_floor
 from leo_diffmodel.explain.estimate.fit import fit
@@ -26,8 +26,6 @@ from leo_diffmodel.explain.unknown.found_effect import expressible, FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.law import Law, law_of, table_of
 from leo_sim.effects.base import with_roles
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

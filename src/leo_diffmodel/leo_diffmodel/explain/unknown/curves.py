@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recordings
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.influence import Influence
 from leo_diffmodel.explain.unknown.regression import Regression, Score
 
-Array = np.ndarray
 CARRIERS = {
     'rate': ('torque',),
     'angle': ('torque', 'friction', 'drive'),

@@ -6,10 +6,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.curves import Curve, Variable, waves
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

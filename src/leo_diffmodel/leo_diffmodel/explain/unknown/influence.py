@@ -11,14 +11,12 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.compare.windows import per_window
+from leo_diffmodel.compare.windows import Array, per_window
 from leo_diffmodel.explain.estimate.covariance import conditional_errors, leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import likelihood, shooting
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.select.evidence import Weight
 from leo_diffmodel.explain.unknown.curves import carry, Curve
 from leo_diffmodel.explain.unknown.families import families, Family, table
@@ -12,7 +13,6 @@ from leo_diffmodel.explain.unknown.influence import Influence
 from leo_diffmodel.explain.unknown.regression import Regression
 from leo_sim.effects import Parameter
 
-Array = np.ndarray
 POSITIVE = ('width', 'tau', 'f', 'n', 'reach')
 SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't', 'path': 'z'}
 

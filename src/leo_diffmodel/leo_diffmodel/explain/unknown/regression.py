@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.explain.unknown.influence import Influence
-
-Array = np.ndarray
 
 
 class Score(NamedTuple):

@@ -9,7 +9,7 @@ from bokeh.models import Range1d, Span
 import numpy as np
 
 from leo_diffmodel.compare.conditions import conditions
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import Array, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.likelihood import degrees, measured
 from leo_diffmodel.explain.problem.problem import Problem
@@ -20,7 +20,6 @@ from leo_diffmodel.report.canvas import canvas, hover, LOW, plain_numbers, ticks
 from leo_diffmodel.report.page import models, Section
 from leo_diffmodel.report.text import number, percent
 
-Array = np.ndarray
 LAGS = 10
 DRAWS = 60
 SEED = 0

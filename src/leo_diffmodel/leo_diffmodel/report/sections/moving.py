@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.stick import Stick
 from leo_diffmodel.report.page import models, Section
 from leo_diffmodel.report.worst import Stretch
 from leo_sim.description.robot import Robot
 
-Array = np.ndarray
 MODELS = palette.GIVEN, palette.Stroke(palette.AFTER, 'dotdash')
 SLOWER = 4  # times slower than the robot was: a window is a second long
 MOST_FRAMES = 100

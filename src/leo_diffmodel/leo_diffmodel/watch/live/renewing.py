@@ -17,6 +17,7 @@ import numpy as np
 from leo_diffmodel.bags.contents import BagContents
 from leo_diffmodel.bags.recording import assembled, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.difference.data import Transitions, transitions
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
@@ -28,7 +29,6 @@ from leo_sim.model import Model
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
 
-Array = np.ndarray
 PERIOD = 1.0  # least time between two renewals [s]
 REST = 3.0  # times as long as a renewal took nothing is computed after it
 SLOW = 3.0  # longer between two renewals is said [s]

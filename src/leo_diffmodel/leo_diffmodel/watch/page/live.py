@@ -10,6 +10,7 @@ from bokeh.plotting import figure
 from markupsafe import Markup
 import numpy as np
 
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.next_run.run_file import input_units
 from leo_diffmodel.picture import palette
 from leo_diffmodel.report.canvas import canvas
@@ -35,7 +36,6 @@ ROOM = 106  # for five lines, so that what is below stays where it is [px]
 LOOK_MS = 250  # how often a tab looks how the robot is
 RECORDED = 'It is recorded into {}.'
 NOT_RECORDED = 'It is not recorded: press Record first to keep what it shows.'
-Array = np.ndarray
 
 
 class LiveView:

@@ -11,6 +11,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.next_run.run_file import input_units
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.picture.palette import Stroke
@@ -21,7 +22,6 @@ from leo_diffmodel.watch.page.look import legend, said, small, WIDE, wrong
 from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import Robot
 
-Array = np.ndarray
 HEIGHT = 170
 COLOURS = ('#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9')
 NO_LINES: dict[str, list] = {'ts': [], 'us': [], 'colour': [], 'joint': []}
