@@ -13,32 +13,15 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
+from leo_sim.dynamics import contact_work as row
 from leo_sim.dynamics.contact_impulses import agreed, share, swept
 from leo_sim.dynamics.contact_work import (
     along,
-    AT,
-    BEFORE,
-    DQ,
-    DRAG,
     Forces,
-    GAP,
-    GAP_WIDTH,
     gathered,
-    GIVEN,
     Motion,
-    MOTOR,
-    MOTOR_AT,
-    MOTOR_DRAG,
     next_strike,
-    NORMAL,
-    OFFSET,
     Play,
-    PUSH,
-    Q,
-    RATE,
-    ROTOR,
-    SMOOTH,
-    SPEED,
     sunk,
     taken,
     Work,
@@ -99,8 +82,11 @@ def advance(
         used = gathered(n, touch, longest * count, still, work)
         run(n, mass, longest, count, still, grip, work, used, impulses)
         for j in range(size):
-            motion.q[n, j], motion.dq[n, j] = work.joint[Q, j], work.joint[DQ, j]
-            motion.offset[n, j], motion.speed[n, j] = work.joint[OFFSET, j], work.joint[SPEED, j]
+            motion.q[n, j], motion.dq[n, j] = work.joint[row.Q, j], work.joint[row.DQ, j]
+            motion.offset[n, j], motion.speed[n, j] = (
+                work.joint[row.OFFSET, j],
+                work.joint[row.SPEED, j],
+            )
 
 
 @compiled_without_gil
@@ -187,8 +173,8 @@ def run(
             current = step
         substep(middle - left, current, held, grip, work, used)
         for r in range(used):
-            if work.kind[r] >= NORMAL:
-                impulses[n, work.place[r], work.kind[r] - NORMAL] += work.line[GIVEN, r]
+            if work.kind[r] >= row.NORMAL:
+                impulses[n, work.place[r], work.kind[r] - row.NORMAL] += work.line[row.GIVEN, r]
         left -= current
 
 
@@ -199,10 +185,10 @@ def factorised(n: int, mass: Array, h: float, held: int, work: Work, used: int) 
     for i in range(size):
         for j in range(size):
             work.inverse[i, j] = mass[n, i, j]
-        work.inverse[i, i] += work.joint[ROTOR, i] + 0.5 * h * work.joint[DRAG, i]
+        work.inverse[i, i] += work.joint[row.ROTOR, i] + 0.5 * h * work.joint[row.DRAG, i]
     inverted(len(work.axes), held, work.inverse)
     for r in range(used):
-        if work.kind[r] < NORMAL:  # at one joint, its lever is 1 there
+        if work.kind[r] < row.NORMAL:  # at one joint, its lever is 1 there
             for i in range(size):
                 work.moves[r, i] = work.inverse[work.place[r], i]
         else:
@@ -211,7 +197,7 @@ def factorised(n: int, mass: Array, h: float, held: int, work: Work, used: int) 
         for k in range(r + 1):
             work.gram[r, k] = work.gram[k, r] = (
                 work.moves[r, work.place[k]]
-                if work.kind[k] < NORMAL
+                if work.kind[k] < row.NORMAL
                 else along(work.axes, work.lever, k, work.moves, r)
             )
 
@@ -223,8 +209,8 @@ def substep(t: float, h: float, held: int, grip: float, work: Work, used: int) -
     size = len(work.axes)
     sunk(t, h, grip, work, used)
     for j in range(held, size):
-        joint[BEFORE, j] = joint[DQ, j]
-        joint[Q, j] += 0.5 * h * joint[DQ, j]
+        joint[row.BEFORE, j] = joint[row.DQ, j]
+        joint[row.Q, j] += 0.5 * h * joint[row.DQ, j]
     pushed(t + h, h, held, work, used)
     for sweep in range(SWEEPS if used else 0):
         if sweep < SOLVES:
@@ -232,14 +218,14 @@ def substep(t: float, h: float, held: int, grip: float, work: Work, used: int) -
         if swept(h, grip, work, used) <= SETTLED:
             break
     for r in range(used):
-        given = work.line[GIVEN, r]
+        given = work.line[row.GIVEN, r]
         if given != 0.0:
             for j in range(held, size):
-                joint[DQ, j] += work.moves[r, j] * given
+                joint[row.DQ, j] += work.moves[r, j] * given
     for j in range(held, size):
-        joint[Q, j] += 0.5 * h * joint[DQ, j]
-        if joint[GAP_WIDTH, j] > 0.0:
-            joint[OFFSET, j] += h * (joint[SPEED, j] - joint[DQ, j])
+        joint[row.Q, j] += 0.5 * h * joint[row.DQ, j]
+        if joint[row.GAP_WIDTH, j] > 0.0:
+            joint[row.OFFSET, j] += h * (joint[row.SPEED, j] - joint[row.DQ, j])
 
 
 @compiled_in_place
@@ -248,18 +234,20 @@ def pushed(t: float, h: float, held: int, work: Work, used: int) -> Any:
     joint, line = work.joint, work.line
     size = len(work.axes)
     for j in range(size):
-        fall = joint[DRAG, j] * (joint[DQ, j] - joint[AT, j])
-        joint[PUSH, j] = h * (joint[SMOOTH, j] - fall) if j >= held else 0.0
+        fall = joint[row.DRAG, j] * (joint[row.DQ, j] - joint[row.AT, j])
+        joint[row.PUSH, j] = h * (joint[row.SMOOTH, j] - fall) if j >= held else 0.0
     for j in range(held, size):
-        joint[DQ, j] += along(work.axes, work.inverse, j, joint, PUSH)
+        joint[row.DQ, j] += along(work.axes, work.inverse, j, joint, row.PUSH)
     for r in range(used):
         caused = 0.0
         for k in range(used):
-            caused += work.gram[r, k] * line[GIVEN, k]
-        line[RATE, r] = along(work.axes, work.lever, r, joint, DQ) + caused
-        if work.kind[r] >= NORMAL:
-            line[RATE, r] += work.bend[work.place[r], work.kind[r] - NORMAL] * t
-        if work.kind[r] == GAP:
+            caused += work.gram[r, k] * line[row.GIVEN, k]
+        line[row.RATE, r] = along(work.axes, work.lever, r, joint, row.DQ) + caused
+        if work.kind[r] >= row.NORMAL:
+            line[row.RATE, r] += work.bend[work.place[r], work.kind[r] - row.NORMAL] * t
+        if work.kind[r] == row.GAP:
             j = work.place[r]
-            fall = joint[MOTOR_DRAG, j] * (joint[SPEED, j] - joint[MOTOR_AT, j])
-            joint[SPEED, j] += (h * (joint[MOTOR, j] - fall) - line[GIVEN, r]) * share(h, work, j)
+            fall = joint[row.MOTOR_DRAG, j] * (joint[row.SPEED, j] - joint[row.MOTOR_AT, j])
+            joint[row.SPEED, j] += (h * (joint[row.MOTOR, j] - fall) - line[row.GIVEN, r]) * share(
+                h, work, j
+            )

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The catalogue of effects, and placing one on a robot."""
 
+from collections.abc import Iterator
 import hashlib
 from importlib.metadata import entry_points
 import math
@@ -153,19 +154,8 @@ def read_effect(path: Path) -> Effect:
             'subclass of leo_sim.effects.Effect'
         )
     kind = found[0]
-    if getattr(kind, 'name', '') in EFFECTS:
-        raise UserError(f'{path}: the catalogue has an effect {kind.name}; name yours otherwise')
-    lacking = [name for name in REQUIRED if not hasattr(kind, name)]
-    if lacking:
-        raise UserError(
-            f'{path}: {kind.__name__} lacks {", ".join(lacking)}; see leo_sim.effects.Effect'
-        )
-    if kind.hook not in HOOKS or not _has_law(kind):
-        raise UserError(
-            f'{path}: {kind.__name__} needs a hook of {", ".join(HOOKS)}, and the '
-            f'method of that name; its hook is {kind.hook!r}'
-        )
-    _check_parameters(path, kind)
+    for wrong in _wrong(kind):
+        raise UserError(f'{path}: {wrong}')
     effect: Effect = kind()
     effect.source = str(path.resolve())
     effect.digest = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
@@ -198,22 +188,22 @@ def _has_law(kind: type[Effect]) -> bool:
     return written or (kind.hook in ('torque', 'command') and kind.law is not None)
 
 
-def _check_parameters(path: Path, kind: type[Effect]) -> None:
+def _wrong(kind: type[Effect]) -> Iterator[str]:
+    """Why a class is no whole effect; what comes later holds only where all before it is right."""
+    if getattr(kind, 'name', '') in EFFECTS:
+        yield f'the catalogue has an effect {kind.name}; name yours otherwise'
+    if lacking := [name for name in REQUIRED if not hasattr(kind, name)]:
+        yield f'{kind.__name__} lacks {", ".join(lacking)}; see leo_sim.effects.Effect'
+    if kind.hook not in HOOKS or not _has_law(kind):
+        needed = f'a hook of {", ".join(HOOKS)}, and the method of that name'
+        yield f'{kind.__name__} needs {needed}; its hook is {kind.hook!r}'
     for p in kind.parameters:
+        at = f'{kind.__name__}.parameters: '
         if not (isinstance(p, Parameter) and p.low <= p.neutral <= p.high and p.low < p.high):
-            raise UserError(
-                f'{path}: {kind.__name__}.parameters: {p} is no Parameter(name, unit, '
-                'neutral, low, high) with its neutral value between low and high'
-            )
+            whole = 'Parameter(name, unit, neutral, low, high)'
+            yield f'{at}{p} is no {whole} with its neutral value between low and high'
         if p.role not in ('', *ROLES):
-            raise UserError(
-                f'{path}: {kind.__name__}.parameters: {p.name} has the role '
-                f'{p.role!r}; there are {", ".join(ROLES)}'
-            )
+            yield f'{at}{p.name} has the role {p.role!r}; there are {", ".join(ROLES)}'
         others = {other.name for other in kind.parameters} - {p.name}
-        for named in filter(None, (p.above, p.times)):
-            if named not in others:
-                raise UserError(
-                    f'{path}: {kind.__name__}.parameters: {p.name} has above or times '
-                    f'{named!r}, which is none of the others'
-                )
+        for named in {p.above, p.times} - {'', *others}:
+            yield f'{at}{p.name} has above or times {named!r}, which is none of the others'

@@ -15,19 +15,9 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
-from leo_msgs_py import topics
+from leo_msgs_py import node, topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import (
-    every,
-    graph,
-    join,
-    refuse_unknown,
-    running,
-    SLICE,
-    spare_collector,
-    spin_once,
-)
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
 from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, Inspected, Placeable
@@ -52,7 +42,7 @@ class RobotNode(Node):
     def __init__(self) -> None:
         super().__init__('robot')
         settings = read_settings(self)
-        refuse_unknown(self)
+        node.refuse_unknown(self)
         self._lockstep = settings.lockstep
         self._driver = load_driver(settings.driver, settings.options)
         self._info = self._driver.info
@@ -96,10 +86,10 @@ class RobotNode(Node):
             )
         self._topics.introduce()
         self._topics.e_stopped.publish(Bool(data=False))
-        every(self, 1.0, self._publish_diagnostics)
+        node.every(self, 1.0, self._publish_diagnostics)
         if self._lockstep:
             self._loop.publish_state()
-            self._timer = every(self, REPEAT_PERIOD, self._loop.repeat_state)
+            self._timer = node.every(self, REPEAT_PERIOD, self._loop.repeat_state)
         else:
             self._loop.due = time.monotonic() + self._loop.period
 
@@ -109,12 +99,12 @@ class RobotNode(Node):
         States are no timer's: it would wait behind all messages that have arrived, and whoever
         sends fast enough would stop the robot's loop.
         """
-        join(self)
-        spare_collector()
-        look = self._loop.period / 2.0 if self._loop.gate.can_halt else SLICE
+        node.join(self)
+        node.spare_collector()
+        look = self._loop.period / 2.0 if self._loop.gate.can_halt else node.SLICE
         with watchdog(self, look, self._e_stop, self._loop.watch):
-            while running():
-                spin_once(min(SLICE, max(0.0, self._loop.due - time.monotonic())))
+            while node.running():
+                node.spin_once(min(node.SLICE, max(0.0, self._loop.due - time.monotonic())))
                 if time.monotonic() >= self._loop.due:
                     self._loop.tick()
 
@@ -203,7 +193,7 @@ class RobotNode(Node):
 
 @executable
 def main(argv: list[str]) -> int:
-    with graph(argv):
+    with node.graph(argv):
         robot = RobotNode()
         status = 1
         try:
