@@ -4,8 +4,7 @@
 from collections.abc import Callable
 import time
 
-PATIENCE = 600.0
-"""s; nothing that passes takes it."""
+PATIENCE = 600.0  # s; nothing that passes takes it
 
 
 def until(true: Callable[[], object], what: str = 'nothing happened') -> None:

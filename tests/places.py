@@ -8,5 +8,4 @@ ROOT = TESTS.parent
 REAL_DATA = ROOT.parent / 'shared/data'
 """Recordings of real robots, which are no part of the project and need not be there."""
 DATA = TESTS / 'data'
-RIG = TESTS / 'drivers/rig.py'
-"""A driver in a file of its own."""
+RIG = TESTS / 'drivers/rig.py'  # A driver in a file of its own

@@ -18,10 +18,8 @@ ONE_DRIVER = (
     'leo_sim.nodes.servo_bus',
 )
 """What knows of servos: drivers, their bus, robot.yaml and what writes it."""
-LOADERS = ('leo_sim.nodes.robot', 'leo_sim.verbs.check_driver')
-"""What builds a driver by its name."""
-BLIND = 'leo_lab.blind'
-"""Makes its cases on the simulated driver, whatever runs elsewhere."""
+LOADERS = ('leo_sim.nodes.robot', 'leo_sim.verbs.check_driver')  # what builds a driver by its name
+BLIND = 'leo_lab.blind'  # makes its cases on the simulated driver, whatever runs elsewhere
 KINDS = ('dynamixel', 'feetech', 'replay')
 
 

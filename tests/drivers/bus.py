@@ -25,8 +25,7 @@ from leo_sim.drivers.servo_bus.rig import Rig, Terminal
 from leo_sim.drivers.servo_driver import ServoDriver
 
 BUSES = {'dynamixel': 'dynamixel:\n    watchdog: {value: 2, unit: s}', 'feetech': 'feetech:'}
-STEP, LONG = 0.002, 60.0
-"""How far time goes between two looks, and how far at most [s]."""
+STEP, LONG = 0.002, 60.0  # how far time goes between two looks, and how far at most [s]
 
 SERVO = """\
 driver:

@@ -3,8 +3,7 @@
 
 from leo_sim.drivers.base import Computer
 
-EPOCH = 1_700_000_000_000_000_000
-"""The wall's time [ns] when its monotonic time is 0."""
+EPOCH = 1_700_000_000_000_000_000  # the wall's time [ns] when its monotonic time is 0
 
 
 class Clock(Computer):

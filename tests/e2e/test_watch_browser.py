@@ -20,16 +20,12 @@ from leo_sim.effects import place
 pytestmark = pytest.mark.skipif(not (browser.CHROMIUM and browser.DRIVER), reason=browser.WITHOUT)
 
 EFFECT = 'coulomb_friction:pivot'
-FLOOR, FAR = 1.2, 3.0
-"""Noise floors: what is as good as a perfect model, and what is not."""
-FAR_OFF = 5.0
-"""Standard errors of a binned torque: further off is another curve."""
+FLOOR, FAR = 1.2, 3.0  # noise floors: what is as good as a perfect model, and what is not
+FAR_OFF = 5.0  # standard errors of a binned torque: further off is another curve
 PLOTS = 'robot', 'horizon plot', 'time plot', 'where given plot', 'missing plot'
 SENTENCES = 'error', 'where says', 'where given says', 'missing says', 'said'
-NARROW = 200
-"""px: words stand one to a line, and a curve is no curve."""
-ASIDE = 60
-"""Of the slider, what makes the friction far too strong [px]."""
+NARROW = 200  # px: words stand one to a line, and a curve is no curve
+ASIDE = 60  # of the slider, what makes the friction far too strong [px]
 
 
 @pytest.fixture(scope='module')

@@ -30,15 +30,11 @@ pytestmark = [
     pytest.mark.skipif(not (browser.CHROMIUM and browser.DRIVER), reason=browser.WITHOUT),
 ]
 
-SHORT, HOLD = 10.0, 0.3
-"""Of what the page shows, and of each step of the commands [s]."""
+SHORT, HOLD = 10.0, 0.3  # of what the page shows, and of each step of the commands [s]
 NOISE = 'noise:=[0.001, 0.03]'
-ASIDE = 60
-"""Of the slider, what makes the effect wrong [px]."""
-FAR = 2.5
-"""Noise floors: more is a model that lacks something."""
-SIZE, SOME = 60_000, 30
-"""Bytes and states of a recording that is worth its name."""
+ASIDE = 60  # of the slider, what makes the effect wrong [px]
+FAR = 2.5  # noise floors: more is a model that lacks something
+SIZE, SOME = 60_000, 30  # bytes and states of a recording that is worth its name
 
 
 @contextmanager

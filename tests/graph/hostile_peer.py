@@ -38,8 +38,7 @@ MANY = 100_000
 FLOOD = 25_000
 CALLS = 300
 PATIENCE = 120.0
-MATCHED = 0.2
-"""Time for a new writer to be found by its readers [s]."""
+MATCHED = 0.2  # time for a new writer to be found by its readers [s]
 DEEP = QoSProfile(depth=1000)
 COMMANDS = topics.COMMANDS['voltage'].name
 QUERY = topics.DIFFERENCE_QUERY.name

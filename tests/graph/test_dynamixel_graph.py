@@ -24,8 +24,7 @@ from leo_msgs_py.node import call, spin_until
 pytestmark = [pytest.mark.graph, pytest.mark.slow]
 SUPPLY = 7.4
 STEP = SUPPLY / 885
-PERIOD, ROBOT_SILENCE = 0.1, 50
-"""s; and periods in a row that a busy machine may spoil."""
+PERIOD, ROBOT_SILENCE = 0.1, 50  # s; and periods in a row that a busy machine may spoil
 
 
 class Motor:

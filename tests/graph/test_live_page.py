@@ -39,13 +39,10 @@ from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
 
-SOME = 20_000
-"""Bytes of a bag that holds states."""
-APART = 5.0
-"""Between two commands [s]."""
+SOME = 20_000  # bytes of a bag that holds states
+APART = 5.0  # between two commands [s]
 SOURCE = Source(Model('pendulum'), TopicMap())
-LONG = 4000
-"""Control periods of a run that the e-stop ends."""
+LONG = 4000  # control periods of a run that the e-stop ends
 PARAMETERS = ['--ros-args', '-p', 'robot:=pendulum', '-p', 'noise:=[0.001, 0.03]']
 ROBOT = ['run', 'leo_sim', 'robot', *PARAMETERS]
 WATCH = ['watch', '--live', '--no-browser', '--json']

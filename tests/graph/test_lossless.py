@@ -24,8 +24,7 @@ from leo_msgs_py.node import spin_until
 
 pytestmark = pytest.mark.graph
 APPLIED = topics.APPLIED['voltage']
-FAST = 1000
-"""States per second: 50 of them for each command."""
+FAST = 1000  # states per second: 50 of them for each command
 
 
 @pytest.fixture

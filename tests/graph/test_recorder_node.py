@@ -189,8 +189,7 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, node, spawn):
         assert copy.topics[name].qos == topic.qos
 
 
-FEW = 2000
-"""More room than nothing: a part of what is written at once [bytes]."""
+FEW = 2000  # more room than nothing: a part of what is written at once [bytes]
 
 
 class Stage:

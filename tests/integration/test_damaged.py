@@ -38,12 +38,10 @@ from leo_sim.model.model_file import load_model
 
 CASES = int(os.environ.get('LEO_DAMAGED', '100'))
 BATCHES = 10
-HANG, BUSY = 1200.0, 30.0
-"""Time that a case may take on the wall, and of a processor [s]."""
+HANG, BUSY = 1200.0, 30.0  # time that a case may take on the wall, and of a processor [s]
 MAGIC = 8
 FRAME = struct.Struct('<BQ')
-LONE = 2
-"""States between damage and a break, which make no stretch."""
+LONE = 2  # states between damage and a break, which make no stretch
 
 
 @pytest.fixture(scope='module')

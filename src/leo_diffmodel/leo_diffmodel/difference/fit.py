@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
-from leo_diffmodel.difference.data import Array, LATE, layout_of, Transitions
+from leo_diffmodel.compare.windows import Array
+from leo_diffmodel.difference.data import LATE, layout_of, Transitions
 from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.training import OnEpoch, Targets, targets, train

@@ -14,7 +14,8 @@ from safetensors.torch import save
 import torch
 from torch import Tensor
 
-from leo_diffmodel.difference.data import Array, Layout, layout_of, Transitions
+from leo_diffmodel.compare.windows import Array
+from leo_diffmodel.difference.data import Layout, layout_of, Transitions
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.tensors import DAMAGE, read_tensors
 from leo_diffmodel.difference.trust import Trust

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8MultiArray
 
-from leo_diffmodel.difference.data import Array
+from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError

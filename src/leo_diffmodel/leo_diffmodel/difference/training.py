@@ -10,7 +10,8 @@ import torch
 from torch import Tensor
 
 from leo_diffmodel.compare.sizes import stall_torque
-from leo_diffmodel.difference.data import Array, layout_of, Transitions
+from leo_diffmodel.compare.windows import Array
+from leo_diffmodel.difference.data import layout_of, Transitions
 from leo_diffmodel.difference.network import Config, Network, spread_of
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout

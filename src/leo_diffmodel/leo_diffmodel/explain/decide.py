@@ -226,10 +226,8 @@ def _disagreements(findings: Findings, part: Part) -> Iterator[Rule]:
         apart = high.value - low.value
         exclude = low.value + low.half < high.value - high.half
         limit = findings.gates.disagree * abs(value - parameter.neutral)
-        doubt = (
-            f'about which the bags disagree: {parameter.name} is {low.value:.3g} in {low.bag} '
-            f'and {high.value:.3g} in {high.bag}; --each explains them one by one'
-        )
+        doubt = f'about which the bags disagree: {parameter.name} is {low.value:.3g} in {low.bag} '
+        doubt += f'and {high.value:.3g} in {high.bag}; --each explains them one by one'
         yield Rule('bags disagree', exclude and apart > limit, apart, limit, label, doubt)
 
 

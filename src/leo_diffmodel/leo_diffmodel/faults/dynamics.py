@@ -180,10 +180,8 @@ def _compensated(joint: str, b: Balance) -> Iterator[Found]:
     moved = low < motor.value < high and motor.half < low
     least = FAULTS['gravity_compensated'].harmless[1]
     if moved and least < missing - weight.half and missing < 1 + weight.half:
-        what = (
-            f'{joint} moves as if {100 * missing:.0f} ± {100 * weight.half:.0f} % of its '
-            'weight were carried by something that is not in the log'
-        )
+        what = f'{joint} moves as if {100 * missing:.0f} ± {100 * weight.half:.0f} % of its '
+        what += 'weight were carried by something that is not in the log'
         yield _found('gravity_compensated', joint, Figure(missing, weight.sd, weight.worst), what)
 
 

@@ -106,10 +106,8 @@ def _scales(relation: Relation, joint: str) -> Iterator[Found]:
         yield _found('speed_sign', ERROR, what, joint=joint, value=-1.0, sd=sd)
     low, high = FAULTS['speed_scale'].harmless
     if outside(abs(scale), LIMITS.shows * sd + relation.rounded, low, high):
-        what = (
-            f'the logged speed of {joint} is {abs(scale):.4g} ± {LIMITS.sigmas * sd:.2g} times '
-            'the change of its angle'
-        )
+        what = f'the logged speed of {joint} is {abs(scale):.4g} ± {LIMITS.sigmas * sd:.2g} times '
+        what += 'the change of its angle'
         yield _found('speed_scale', ERROR, what, joint=joint, value=abs(scale), sd=sd)
 
 
@@ -132,10 +130,8 @@ def _late(relation: Relation, joint: str) -> Iterator[Found]:
     whole = abs(round(frames)) >= 1 and abs(frames - round(frames)) < LIMITS.whole_row
     rows = f', {abs(round(frames))} rows' if whole else ''
     way = 'late' if late > 0 else 'early'
-    what = (
-        f'the logged speed of {joint} is {abs(1e3 * late):.1f} ± '
-        f'{1e3 * LIMITS.sigmas * sd:.1g} ms {way} against its angle, {by}{rows}'
-    )
+    what = f'the logged speed of {joint} is {abs(1e3 * late):.1f} ± '
+    what += f'{1e3 * LIMITS.sigmas * sd:.1g} ms {way} against its angle, {by}{rows}'
     kinds = [relation.kind] if relation.sure else [*BY]
     error = all(outside(late, LIMITS.sigmas * sd, *FAULTS[kind].harmless) for kind in kinds)
     yield _found(relation.kind, graded(error), what, joint=joint, value=late, sd=sd)

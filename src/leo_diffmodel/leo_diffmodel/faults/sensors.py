@@ -49,10 +49,8 @@ def _frozen(recording: Recording) -> Iterator[Found]:
         longest = max(b - a for a, b in spans)
         how = 'stays at its largest value' if at_end else 'stands still'
         lost = sum(b - a for a, b in spans)
-        what = (
-            f'the {sensor} of {joint} {how} while the joint moves, {len(spans)} times, '
-            f'{lost:.2f} s in all'
-        )
+        what = f'the {sensor} of {joint} {how} while the joint moves, {len(spans)} times, '
+        what += f'{lost:.2f} s in all'
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
         rates = (e.dq[:, recording.joints.index(joint)] for e in recording.episodes)
         top = max(float(np.abs(rate).max()) for rate in rates)
@@ -135,10 +133,8 @@ def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         return
     share, sd = again / total, float(np.sqrt(max(again, 1)) / total)
     if share - LIMITS.sigmas * sd > FAULTS['repeated'].harmless[1]:
-        what = (
-            f'{100 * share:.0f} ± {100 * LIMITS.sigmas * sd:.0f} % of the samples of {joint} '
-            'repeat the one before while it moves'
-        )
+        what = f'{100 * share:.0f} ± {100 * LIMITS.sigmas * sd:.0f} % of the samples of {joint} '
+        what += 'repeat the one before while it moves'
         yield _found('repeated', WARNING, what, joint=joint, value=share, sd=sd)
 
 

@@ -11,7 +11,7 @@ import time
 from typing import TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.why import show_why
+from leo_diffmodel.verbs.best import show_why
 from leo_msgs_py.console import progress
 from leo_msgs_py.ending import ending
 from leo_msgs_py.errors import UserError

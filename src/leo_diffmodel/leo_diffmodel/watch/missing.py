@@ -7,15 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from leo_diffmodel.compare import torque as torques
 from leo_diffmodel.compare.noise import HISTORY
-from leo_diffmodel.compare.torque import (
-    estimate,
-    in_parts,
-    MissingTorque,
-    supposed,
-    torque_windows,
-    trusted,
-)
 from leo_diffmodel.compare.where import Where, where
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.watch.scene import Scene
@@ -29,7 +22,7 @@ AT_ONCE, ON_GROUND_AT_ONCE = 1000, 200
 class Missing:
     """The torque that one model lacks, window by window, and by joint and condition."""
 
-    torque: MissingTorque
+    torque: torques.MissingTorque
     places: Where
 
 
@@ -64,21 +57,21 @@ class MissingOfBoth:
         if not switched:
             self.now, self.curve = self.given, None
             return
-        work = partial(supposed, given, model, sigma=sigma)
+        work = partial(torques.supposed, given, model, sigma=sigma)
         self.curve = (yield from self._in_parts(work, self.given.torque.windows)).torque
         yield True
         self.now = yield from self._missing_of(model)
 
     def _missing_of(self, model: Model) -> Generator[bool, None, Missing]:
-        windows = torque_windows(self._scene.recordings, model, HISTORY)
-        work = partial(estimate, model, sigma=self._scene.sigma)
-        missing = trusted((yield from self._in_parts(work, windows)), model)
+        windows = torques.torque_windows(self._scene.recordings, model, HISTORY)
+        work = partial(torques.estimate, model, sigma=self._scene.sigma)
+        missing = torques.trusted((yield from self._in_parts(work, windows)), model)
         yield False
         return Missing(missing, where(missing, model))
 
     def _in_parts(
-        self, work: Callable[[Windows], MissingTorque], windows: Windows
-    ) -> Generator[bool, None, MissingTorque]:
+        self, work: Callable[[Windows], torques.MissingTorque], windows: Windows
+    ) -> Generator[bool, None, torques.MissingTorque]:
         robot = self._scene.model.robot
         most = ON_GROUND_AT_ONCE if robot.contacts else AT_ONCE
-        return in_parts(work, windows, max(1, most // len(robot.joint_names)))
+        return torques.in_parts(work, windows, max(1, most // len(robot.joint_names)))

@@ -26,19 +26,10 @@ from leo_learner.learning.checkpoint import newest
 from leo_learner.learning.policy import Policy
 from leo_learner.learning.run import POLICY
 from leo_learner.robot.env import RobotEnv, Stopped
+from leo_msgs_py import node as nodes
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import (
-    every,
-    fixed_parameter,
-    graph,
-    join,
-    listen,
-    private_parameter,
-    running,
-    spin_once,
-)
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.values import status_message
 from leo_sim.common.consent import trust_parameter
@@ -54,7 +45,7 @@ ASK_AGAIN = 5.0  # until an update is asked for again [s]: the node may have bee
 
 def read_settings(node: Node) -> Settings:
     defaults = {name: v for name, v in asdict(Settings()).items() if not isinstance(v, bool)}
-    given = {name: fixed_parameter(node, name, value) for name, value in defaults.items()}
+    given = {name: nodes.fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
         least = LEAST.get(name, 0)
         if not isinstance(value, int) or value < least:
@@ -92,7 +83,7 @@ class Status:
         self._node, self._said = node, 'starting'
         self.done: Done | None = None
         self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
-        every(node, PERIOD, self._report)
+        nodes.every(node, PERIOD, self._report)
 
     def say(self, text: str) -> None:
         self._said = text
@@ -120,7 +111,7 @@ class Status:
 
 @executable
 def main(argv: list[str]) -> int:
-    with graph(argv):
+    with nodes.graph(argv):
         node = Node('learner')
         status = Status(node)
         algorithm = _algorithm(node, status)
@@ -141,13 +132,13 @@ def main(argv: list[str]) -> int:
 
 def _algorithm(node: Node, status: Status) -> Algorithm5:
     settings = read_settings(node)
-    trust_parameter(private_parameter(node, 'effect', ['']))
-    model = load_model(fixed_parameter(node, 'model', 'pendulum'))
-    folder = Path(fixed_parameter(node, 'folder', 'runs/learner'))
-    start = fixed_parameter(node, 'start', '')
-    name = fixed_parameter(node, 'config', 'recommended')
+    trust_parameter(nodes.private_parameter(node, 'effect', ['']))
+    model = load_model(nodes.fixed_parameter(node, 'model', 'pendulum'))
+    folder = Path(nodes.fixed_parameter(node, 'folder', 'runs/learner'))
+    start = nodes.fixed_parameter(node, 'start', '')
+    name = nodes.fixed_parameter(node, 'config', 'recommended')
     config = configuration(name, model.robot)
-    join(node)
+    nodes.join(node)
     algorithm = Algorithm5(
         folder,
         model,
@@ -164,8 +155,8 @@ def _algorithm(node: Node, status: Status) -> Algorithm5:
 
 
 def _alive() -> bool:
-    spin_once(0.0)
-    return running()
+    nodes.spin_once(0.0)
+    return nodes.running()
 
 
 class DifferenceClient:
@@ -176,7 +167,7 @@ class DifferenceClient:
         self._weights, self._said = b'', ''
         self._version = 0
         self._accepted, self._failure = False, ''
-        listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
+        nodes.listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
         self._update = node.create_client(*topics.DIFFERENCE_UPDATE)
 
     def newer(self, version: int) -> bytes:
@@ -190,14 +181,14 @@ class DifferenceClient:
         asked = -ASK_AGAIN
         self._accepted, self._failure = False, ''
         while self._version <= version:
-            if not running():
+            if not nodes.running():
                 raise Stopped
             if self._failure:
                 raise UserError(f'{self._failure}; the policies learned so far stay')
             if time.monotonic() - asked > ASK_AGAIN:
                 asked = time.monotonic()
                 self._ask()
-            spin_once()
+            nodes.spin_once()
         return self._weights
 
     def _ask(self) -> None:

@@ -13,8 +13,7 @@ from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
 MODEL = Model(load_robot('torque_pendulum'))
-SIGMA = np.array([1e-3, 0.03])
-"""Of angle [rad] and speed [rad/s]."""
+SIGMA = np.array([1e-3, 0.03])  # of angle [rad] and speed [rad/s]
 
 
 def fed_back(seed: int, late: int = 1) -> Recording:

@@ -27,8 +27,7 @@ from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
 
-FEW = 4096
-"""Room for a log, not for weights [bytes]."""
+FEW = 4096  # room for a log, not for weights [bytes]
 PENDULUM = Layout((True,), planar=False, actuators=1)
 
 

@@ -24,8 +24,7 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
-FRICTION = 2e-4
-"""N m s/rad: some 0.4 of the pendulum's back-EMF."""
+FRICTION = 2e-4  # N m s/rad: some 0.4 of the pendulum's back-EMF.
 FORMS = ('recommended', 'torque', 'full')
 
 

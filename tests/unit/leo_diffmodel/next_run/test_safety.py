@@ -18,8 +18,7 @@ from leo_diffmodel.next_run.simulate import simulate
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.model import Model
 
-FRICTION = {'pendulum': 0.001}
-"""Of a robot that 0.02 N m would hold still [N m]."""
+FRICTION = {'pendulum': 0.001}  # of a robot that 0.02 N m would hold still [N m].
 SECONDS = 4.0
 ROBOTS = [
     *(

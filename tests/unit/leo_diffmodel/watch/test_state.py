@@ -23,8 +23,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 TRUTH, LABEL = 0.2, 'coulomb_friction:pivot'
-NEAR, FAR = 1.15, 3.0
-"""Noise floors: what is as good as a perfect model, and what is not."""
+NEAR, FAR = 1.15, 3.0  # noise floors: what is as good as a perfect model, and what is not
 
 
 @pytest.fixture(scope='module')

@@ -14,8 +14,7 @@ from leo_lab.blind.truth import hide, reveal
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 
-PENDULUM, SERVO = 8, 12
-"""Seeds of cases with these robots."""
+PENDULUM, SERVO = 8, 12  # seeds of cases with these robots
 
 
 def test_half_of_the_cases_of_every_robot_come_from_mujoco_and_half_of_the_rest_from_rk4():
@@ -80,8 +79,7 @@ def test_the_bag_shows_free_motors_and_no_truth(tmp_path):
     assert not any(name in f.read_bytes() for f in bag.iterdir())
 
 
-WALKS = 5
-"""Seed of a case of LEO."""
+WALKS = 5  # seed of a case of LEO
 
 
 @pytest.fixture(scope='module')

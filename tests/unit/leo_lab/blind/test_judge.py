@@ -132,8 +132,7 @@ def test_the_table_counts_what_was_taken_for_what():
     assert rates['intervals']['rate'] == 1.0
 
 
-OF_THEIR_OWN = ('small', 'pushed')
-"""Kinds with files of tests of their own."""
+OF_THEIR_OWN = ('small', 'pushed')  # kinds with files of tests of their own
 
 
 @pytest.mark.parametrize('kind', [kind for kind in KINDS if kind not in OF_THEIR_OWN])

@@ -12,8 +12,7 @@ from leo_lab.blind.record import record
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
-LED, HELD = 8, 16
-"""Seeds of the pendulum that are led and held, without anything hidden."""
+LED, HELD = 8, 16  # seeds of the pendulum that are led and held, without anything hidden
 
 
 @pytest.mark.parametrize('robot', ['pendulum', 'double_pendulum'])

@@ -26,8 +26,7 @@ from leo_lab.verbs.blind import main
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
 
-NONE_HIDDEN, ONE_HIDDEN = 2, 34
-"""Seeds of the torque pendulum."""
+NONE_HIDDEN, ONE_HIDDEN = 2, 34  # seeds of the torque pendulum
 judged = judging.verdict
 
 

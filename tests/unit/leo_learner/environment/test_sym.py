@@ -18,8 +18,7 @@ from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
 ODE = load_robot('leo_ode')
-LEFT_RIGHT = [0, 1, 2, 4, 3, 6, 5, 8, 7]
-"""Left and right exchanged in the order of the joints."""
+LEFT_RIGHT = [0, 1, 2, 4, 3, 6, 5, 8, 7]  # left and right exchanged in the order of the joints
 SMALL = replace(RECOMMENDED, hidden=(8, 8), warm_up=64, test_interval=1, test_starts=1)
 
 

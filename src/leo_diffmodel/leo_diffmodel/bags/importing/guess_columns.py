@@ -120,10 +120,8 @@ def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
 def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
     low, high = robot.limits.get(joint, (-np.inf, np.inf))
     way = high - low
-    why = (
-        'numbers end at exactly 100: per cent of the calibrated range; from stop to stop of '
-        f'{robot.ref} scale: {way / 200:.4g} for -100 to 100, {way / 100:.4g} for 0 to 100'
-    )
+    why = 'numbers end at exactly 100: per cent of the calibrated range; from stop to stop of '
+    why += f'{robot.ref} scale: {way / 200:.4g} for -100 to 100, {way / 100:.4g} for 0 to 100'
     return Unit('?', why) if np.isfinite(way) else None
 
 

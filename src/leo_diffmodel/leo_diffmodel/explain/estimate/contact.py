@@ -8,17 +8,7 @@ from functools import partial
 import numpy as np
 
 from leo_diffmodel.compare.windows import Array
-from leo_diffmodel.explain.estimate import ground_fit, trials
-from leo_diffmodel.explain.estimate.estimator import (
-    as_fitted,
-    Estimate,
-    Estimator,
-    Extension,
-    FIT,
-    Progress,
-    SCAN,
-    Widened,
-)
+from leo_diffmodel.explain.estimate import estimator, ground_fit, trials
 from leo_diffmodel.explain.estimate.fit import fit, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
 from leo_diffmodel.explain.estimate.ground_fit import converged, Iterate, linearised, most_nats
@@ -35,47 +25,53 @@ Field = Sequence[tuple[Scan, Iterate]]
 
 
 @dataclass
-class Contact(Estimator):
+class Contact(estimator.Estimator):
     """Fits windows whose contacts are settled; what scans find out is kept from round to round."""
 
     _traces: Traces = field(default_factory=dict, init=False)
 
-    def first(self, hypothesis: Hypothesis) -> Estimate:
+    def first(self, hypothesis: Hypothesis) -> estimator.Estimate:
         problem = ground_fit.settled_on_ground(self.posed.problem)
-        return Estimate(replace(self.posed, problem=problem), fit(problem, hypothesis))
+        return estimator.Estimate(replace(self.posed, problem=problem), fit(problem, hypothesis))
 
     def near(
-        self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
-    ) -> Extension:
+        self,
+        base: estimator.Estimate,
+        pool: Sequence[Candidate],
+        progress: Reporter,
+        rival: float = np.inf,
+    ) -> estimator.Extension:
         """Scan all candidates; the most promising are fitted further and further beside it."""
         pool = [c for c in pool if compatible(base.names, c)]
         posed, null, _ = converged(base.posed, base.fit)
         scanner = GroundScanner(posed.problem, null, self.scales, self._traces)
-        traced = scanner.trace(pool, lambda c: progress(c.label, 1, SCAN))
+        traced = scanner.trace(pool, lambda c: progress(c.label, 1, estimator.SCAN))
         scans = sorted(map(scanner.scan, traced), key=lambda s: -s.gain)
         limit = threshold(scans, posed.problem.settings)
         null, last = successive_halving(posed, null, scans, limit, progress)
-        larger = tuple(Estimate(at.posed, at.fit) for at in last)
+        larger = tuple(estimator.Estimate(at.posed, at.fit) for at in last)
         untried = [] if last else [(s.candidate,) for s in scans]
         untried += [(c,) for c in pool if c not in traced]
-        return Extension(Estimate(posed, null), larger, tuple(scans), limit, tuple(untried))
+        return estimator.Extension(
+            estimator.Estimate(posed, null), larger, tuple(scans), limit, tuple(untried)
+        )
 
     def finished(
         self,
-        at: Estimate,
+        at: estimator.Estimate,
         starts: Sequence[Array],
-        progress: Progress,
-        widened: Widened = as_fitted,
-    ) -> Estimate:
+        progress: estimator.Progress,
+        widened: estimator.Widened = estimator.as_fitted,
+    ) -> estimator.Estimate:
         """From one start only: what another one costs here is most of a search."""
         posed, best = ground_fit.polished(at.posed, at.fit) if at.fit.hypothesis.size else at
         ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
         certificate = Certificate(best.decrement, 1, 1, ended)
-        return Estimate(posed, replace(best, certificate=certificate))
+        return estimator.Estimate(posed, replace(best, certificate=certificate))
 
 
 def successive_halving(
-    posed: Posed, null: Fit, scans: Sequence[Scan], limit: float, progress: Progress
+    posed: Posed, null: Fit, scans: Sequence[Scan], limit: float, progress: estimator.Progress
 ) -> tuple[Fit, list[Iterate]]:
     """The hypothesis, and those with one effect more that successive halving leaves.
 
@@ -99,7 +95,7 @@ def successive_halving(
     more = numerics.worth_more * limit
     if promised > numerics.worth_all * limit and _gained(null, last) > more:
         last = _each(converged, posed, [at.fit for at in last])
-        progress('the last contenders', len(last), FIT)
+        progress('the last contenders', len(last), estimator.FIT)
         last += _imitating(min(last, key=_loss), scans)
     null = _from_others(null, last)
     return null, [at._replace(fit=_from_others(at.fit, last)) for at in last]
@@ -112,7 +108,7 @@ def _moves_ground(candidate: Candidate, robot: Robot) -> bool:
 
 
 def _played(
-    posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
+    posed: Posed, null: Fit, scans: Sequence[Scan], progress: estimator.Progress
 ) -> tuple[Field, float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
     iterates = _each(linearised, posed, [_with(null, s) for s in scans])

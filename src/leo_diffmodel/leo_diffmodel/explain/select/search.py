@@ -11,15 +11,8 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.windows import Array
+from leo_diffmodel.explain.estimate import estimator as estimating
 from leo_diffmodel.explain.estimate.contact import Contact
-from leo_diffmodel.explain.estimate.estimator import (
-    Estimate,
-    Estimator,
-    Hear,
-    Progress,
-    SCAN,
-    steps_ahead,
-)
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, unexplained
 from leo_diffmodel.explain.estimate.scan import Scan
@@ -52,9 +45,9 @@ class Search:
     resamples: tuple[Names, ...]  # what is chosen where folds are left out, for each draw
     untried: tuple[str, ...] = ()  # what there was no time for, in words
     # what is left of a set when folds have judged its effects
-    judge: Callable[[Estimate], Scored] | None = field(default=None, repr=False)
+    judge: Callable[[estimating.Estimate], Scored] | None = field(default=None, repr=False)
     # of a set, as the chosen one has had it
-    last_fit: Callable[[Scored], Estimate] | None = field(default=None, repr=False)
+    last_fit: Callable[[Scored], estimating.Estimate] | None = field(default=None, repr=False)
 
     @property
     def complete(self) -> bool:
@@ -96,11 +89,11 @@ def search(
     model: Model,
     posed: Posed,
     extra: Sequence[Effect] = (),
-    progress: Progress = lambda *_: None,
+    progress: estimating.Progress = lambda *_: None,
     until: float = np.inf,
     alike: Alike = eq,
     near: Fit | None = None,
-    hear: Hear = lambda *_: None,
+    hear: estimating.Hear = lambda *_: None,
 ) -> Search:
     """Choose the effects that the recordings, held-out ones last, support.
 
@@ -126,7 +119,9 @@ def search(
     resamples = tuple(s.names for s in stable.resamples(found))
     best = best if late else stable.narrowed(found, best, resamples, alike)
     found.progress('the last fit', 0)
-    found.progress.expect({**steps_ahead(settings.numerics, 0, rounds=0), SCAN: len(pool)})
+    found.progress.expect(
+        {**estimating.steps_ahead(settings.numerics, 0, rounds=0), estimating.SCAN: len(pool)}
+    )
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
     found.hear(found.known[frozenset()].at, final)
@@ -146,7 +141,7 @@ def search(
     )
 
 
-def _last_fit(sets: Sets, until: float, step: float, best: Scored) -> Estimate:
+def _last_fit(sets: Sets, until: float, step: float, best: Scored) -> estimating.Estimate:
     """A set fitted with the integration step that it needs, of `step` s at least."""
     fits = sets.estimator
     posed = refined(best.at.posed.before(until), best.fit.point, step)
@@ -168,7 +163,7 @@ def _starts(fitted: Fit, scans: Sequence[Scan]) -> list[Array]:
     return [np.where(kept, fitted.theta, t) for t in starts if len(t) == len(kept)]
 
 
-def _largest_first(fits: Estimator, at: Estimate) -> Estimate:
+def _largest_first(fits: estimating.Estimator, at: estimating.Estimate) -> estimating.Estimate:
     """The hypothesis with its effects in order of what each does to the prediction far ahead."""
     full, whole = at.fit.hypothesis, fits.ends(at)
     parts = [full.without(i) for i in range(len(full.candidates))]

@@ -7,15 +7,7 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.estimator import (
-    Estimate,
-    Estimator,
-    Extension,
-    FIT,
-    Hear,
-    PART,
-    steps_ahead,
-)
+from leo_diffmodel.explain.estimate import estimator as estimating
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis, widens
@@ -30,14 +22,16 @@ Names = frozenset[Candidate]
 class Sets:
     """All sets that were fitted, and the extensions that led to them."""
 
-    estimator: Estimator
+    estimator: estimating.Estimator
     pool: Sequence[Candidate]  # all candidates, in the order of the catalogue
     settings: Settings
     progress: Reporter
-    hear: Hear = lambda *_: None  # is told each better set
+    hear: estimating.Hear = lambda *_: None  # is told each better set
     until: float = np.inf  # when to stop [s of `time.monotonic`]
     known: dict[Names, Scored] = field(default_factory=dict)
-    extensions: dict[Names, Extension] = field(default_factory=dict)  # tried on top of which set
+    extensions: dict[Names, estimating.Extension] = field(
+        default_factory=dict
+    )  # tried on top of which set
     usual: Names = frozenset()  # losses that are in every hypothesis, since most joints have them
     carried: set[tuple[Names, Names]] = field(default_factory=set)  # which was fitted from which
     judged: dict[int, Fit] = field(default_factory=dict)  # by their identity
@@ -77,11 +71,11 @@ class Sets:
         known, weight, limit = list(self.known.values()), self.weight, self.threshold
         return [s for s in known if supported(known, s, weight, limit)]
 
-    def add(self, sets: Iterable[Estimate]) -> None:
+    def add(self, sets: Iterable[estimating.Estimate]) -> None:
         """Score fitted sets; of two fits of one set the better is kept, others begin from it."""
         for at in sets:
             new = replace(score(at), ends=self.estimator.ends(at))
-            self.progress('effects that are not needed', 1, PART)
+            self.progress('effects that are not needed', 1, estimating.PART)
             other = self.known.get(at.names)
             saved = float((other.left - new.left).sum()) if other else np.inf
             if other and saved > self.settings.gates.equal_nats * self.weight.spread:
@@ -89,7 +83,7 @@ class Sets:
             if saved > 0:
                 self.known[at.names] = new
 
-    def keep(self, at: Estimate) -> Scored:
+    def keep(self, at: estimating.Estimate) -> Scored:
         """A fitted set as it is known: this fit or a better one."""
         known = self.known.get(at.names)
         if known is None or known.at.fit is not at.fit:
@@ -102,10 +96,10 @@ class Sets:
         if self.late:
             untried = tuple((c,) for c in self.pool)
             least = self.settings.gates.least_nats
-            self.extensions[names] = Extension(at, (), (), least, untried)
+            self.extensions[names] = estimating.Extension(at, (), (), least, untried)
             return
         numerics, rounds = self.settings.numerics, 1 if self.extensions else 2
-        self.progress.expect(steps_ahead(numerics, len(self.pool), rounds))
+        self.progress.expect(estimating.steps_ahead(numerics, len(self.pool), rounds))
         rival = min(s.fit.lost(at.problem.train) for s in self.known.values())
         found = self.estimator.near(at, self.pool, self.progress, rival)
         self.extensions[names] = found
@@ -116,7 +110,7 @@ class Sets:
         for candidate in whole.fit.hypothesis.candidates:
             self.add_part(whole.names - {candidate}, whole.at)
 
-    def add_part(self, names: Names, near: Estimate) -> None:
+    def add_part(self, names: Names, near: estimating.Estimate) -> None:
         """Fit a part of a set from its values, unless that was done.
 
         A part that was fitted from elsewhere may have come to rest in a worse place.
@@ -125,7 +119,7 @@ class Sets:
             self.carried.add((names, near.names))
             self.add_from(near, [c for c in near.fit.hypothesis.candidates if c in names])
 
-    def add_from(self, near: Estimate, candidates: Sequence[Candidate]) -> None:
+    def add_from(self, near: estimating.Estimate, candidates: Sequence[Candidate]) -> None:
         """Fit a set from the values of one that has its effects, or wider laws of them."""
         full, theta = near.fit.hypothesis, near.fit.theta
         held, begin = full.candidates, []
@@ -136,7 +130,7 @@ class Sets:
         begin += theta[full.first_constant :].tolist()
         part = Hypothesis(tuple(candidates), full.constants)
         fitted = self.estimator.refitted(near, part, np.array(begin))
-        self.progress(listed([c.label for c in candidates]), 1, FIT)
+        self.progress(listed([c.label for c in candidates]), 1, estimating.FIT)
         self.add([fitted])
 
 

@@ -5,14 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.fitted import (
-    constant_rows,
-    effect_row,
-    Fit,
-    gain,
-    in_words,
-    parameter_rows,
-)
+from leo_diffmodel.explain.estimate import fitted
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.attempt import Attempt
 from leo_diffmodel.explain.unknown.curves import regressed, Variable
@@ -48,7 +41,7 @@ class Unknown:
     # the same without a formula: {x, x_unit, y, y_unit, ci95, law}, lists of one length
     curve: dict[str, list | str]
     effect: FoundEffect | None  # the law as an effect; None where one effect cannot hold it
-    fit: Fit | None  # joint fit with the named effects; None where `effect` is
+    fit: fitted.Fit | None  # joint fit with the named effects; None where `effect` is
     error_before: float | None = None  # held-out error with the named effects alone, as for those
     error_after: float | None = None  # held-out error with the law too; None where `effect` is
     source: str = ''  # where the effect file was written; '' where it was not
@@ -67,7 +60,7 @@ class Unknown:
             parameters=parameters,
             r2_held_out=tried.removed,
             gain_train=tried.gain_train,
-            gain_held_out=gain(tried.base, tried.fit, tried.scored.at.problem.judged),
+            gain_held_out=fitted.gain(tried.base, tried.fit, tried.scored.at.problem.judged),
             curve=_curve(tried),
             effect=effect,
             fit=tried.fit if effect else None,
@@ -79,12 +72,14 @@ class Unknown:
         row = {name: value for name, value in vars(self).items() if name not in hidden}
         if self.fit is None:
             return row
-        effects = [effect_row(self.fit, i) for i in range(len(self.fit.hypothesis.candidates))]
+        effects = [
+            fitted.effect_row(self.fit, i) for i in range(len(self.fit.hypothesis.candidates))
+        ]
         row['beside'] = effects[:-1]
         if not self.source:
             return row
         effects[-1]['source'] = self.source
-        model = {'effects': effects, 'constants': constant_rows(self.fit)}
+        model = {'effects': effects, 'constants': fitted.constant_rows(self.fit)}
         return row | {'source': self.source, 'model': model}
 
     @property
@@ -107,13 +102,13 @@ class Unknown:
         if self.fit is None or len(self.fit.hypothesis.candidates) == 1:
             return ''
         named = enumerate(self.fit.hypothesis.candidates[:-1])
-        told = [f'{c.label} ({in_words(self.fit, i)})' for i, c in named]
+        told = [f'{c.label} ({fitted.in_words(self.fit, i)})' for i, c in named]
         return f'; beside it {"; ".join(told)}'
 
 
 def _parameters(tried: Attempt) -> dict[str, dict]:
     if tried.effect:
-        return parameter_rows(tried.fit, len(tried.named))
+        return fitted.parameter_rows(tried.fit, len(tried.named))
     law = tried.fitted_law
     units = {p.name: p.unit for p in law.parameters}
     return {name: {'value': v, 'unit': units[name]} for name, v in law.by_name.items()}

@@ -18,17 +18,10 @@ from leo_diffmodel.watch.live.commands import Sent
 from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page import look
+from leo_diffmodel.watch.page import next_run as proposing
 from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.e_stop import pressed
 from leo_diffmodel.watch.page.look import button, legend, ROBOTS, said, small, WIDE, WORDS, wrong
-from leo_diffmodel.watch.page.next_run import (
-    HEIGHT,
-    joined,
-    joints_legend,
-    lines_canvas,
-    NO_LINES,
-    stepped,
-)
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import MODELS, unit
 
@@ -116,19 +109,19 @@ class StripsView:
         self._state = state
         self._measured = ColumnDataSource({'t': [], 'x': []}, name='live measured')
         self._ahead = ColumnDataSource({'t': [], 'given': [], 'now': []}, name='live predicted')
-        self._inputs = ColumnDataSource(NO_LINES, name='live inputs')
+        self._inputs = ColumnDataSource(proposing.NO_LINES, name='live inputs')
         self._upper = self._states()
         labels = f'applied [{input_units(state.scene.model.robot)}]', 'live applied'
-        lower = lines_canvas(
+        lower = proposing.lines_canvas(
             'before the newest sample [s]', *labels, self._inputs, x_range=self._upper.x_range
         )
-        joints = joints_legend(state.scene.recordings[-1].actuators)
+        joints = proposing.joints_legend(state.scene.recordings[-1].actuators)
         self.root = column(said(legend(*ROBOTS)), self._upper, lower, said(joints), **WIDE)
 
     def refresh(self) -> None:
         state, i = self._state, self._state.shown
         recording, film = state.scene.recordings[-1], state.film
-        t, x, inputs = joined(recording)
+        t, x, inputs = proposing.joined(recording)
         end = t[-1]
         self._measured.data = {'t': t - end, 'x': x[:, i]}
         first = recording.episodes[0].t[0]
@@ -137,11 +130,11 @@ class StripsView:
             'given': _with_gaps(film.given[..., i]),
             'now': _with_gaps(film.repaired[..., i]),
         }
-        self._inputs.data = stepped(t - end, inputs, recording.actuators)
+        self._inputs.data = proposing.stepped(t - end, inputs, recording.actuators)
         self._upper.yaxis.axis_label = unit(state)
 
     def _states(self) -> figure:
-        plot = canvas('', '', height=HEIGHT, name='live states')
+        plot = canvas('', '', height=proposing.HEIGHT, name='live states')
         for name, stroke, _ in MODELS:
             line = {'line_color': stroke.colour, 'line_width': 2, 'line_dash': stroke.dash}
             plot.line('t', name, source=self._ahead, **line)

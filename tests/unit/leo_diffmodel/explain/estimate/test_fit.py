@@ -22,8 +22,7 @@ from leo_sim.model import Model
 
 DEAD_ZONE = 0.6
 STARTS = (0.0, 0.3, 0.5, 0.56, 0.8, 1.2)
-FEW_NATS = 0.5
-"""Of loss between two ends of a fit; names are decided by five."""
+FEW_NATS = 0.5  # of loss between two ends of a fit; names are decided by five
 
 
 def run() -> Recording:

@@ -73,8 +73,7 @@ def answer_to(kind: str) -> Unknown | None:
     return beyond(*search_of(kind))
 
 
-SLOW = ('sector_friction',)
-"""Of the angle, as a cable is."""
+SLOW = ('sector_friction',)  # of the angle, as a cable is
 
 
 @pytest.mark.parametrize(

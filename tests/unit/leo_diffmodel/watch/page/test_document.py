@@ -23,8 +23,7 @@ from leo_diffmodel.watch.worker import News
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'
-FAR = 4.5
-"""Standard errors of a bin: further off is another curve."""
+FAR = 4.5  # standard errors of a bin: further off is another curve
 
 
 @pytest.fixture
