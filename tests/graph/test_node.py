@@ -8,33 +8,16 @@ import subprocess
 import time
 
 import pytest
+from rcl_interfaces import srv
 from rcl_interfaces.msg import ParameterEvent
-from rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    GetParameterTypes,
-    ListParameters,
-    SetParameters,
-)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from tests.patience import PATIENCE
 
+from leo_msgs_py import node as lib
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import (
-    AGAIN,
-    call,
-    declared,
-    end,
-    fixed_parameter,
-    graph,
-    join,
-    private_parameter,
-    running,
-    spin_until,
-)
 
 pytestmark = [pytest.mark.graph, pytest.mark.usefixtures('domain')]
 PEER = str(Path(__file__).with_name('peer.py'))
@@ -43,45 +26,46 @@ PEER = str(Path(__file__).with_name('peer.py'))
 @pytest.fixture
 def holder():
     """A node whose command line gives a secret and a gain."""
-    with graph(['--ros-args', '--log-level', 'warn', '-p', 'secret:=hush', '-p', 'gain:=2']):
+    with lib.graph(['--ros-args', '--log-level', 'warn', '-p', 'secret:=hush', '-p', 'gain:=2']):
         node = Node('holder')
-        private_parameter(node, 'secret', '')
-        private_parameter(node, 'gain', 1.0)
-        yield join(node)
+        lib.private_parameter(node, 'secret', '')
+        lib.private_parameter(node, 'gain', 1.0)
+        yield lib.join(node)
 
 
-def ask(node, kind, service, **request):
-    return call(node.create_client(kind, f'/holder/{service}'), kind.Request(**request), PATIENCE)
+def ask(node, kind, service, **asked):
+    client = node.create_client(kind, f'/holder/{service}')
+    return lib.call(client, kind.Request(**asked), PATIENCE)
 
 
 def test_a_private_parameter_cannot_be_read_listed_or_heard(holder):
     events: list[ParameterEvent] = []
     holder.create_subscription(ParameterEvent, '/parameter_events', events.append, 100)
     announced = next(p for p in holder.publishers if p.topic_name == '/parameter_events')
-    assert spin_until(lambda: announced.get_subscription_count() > 0, PATIENCE)
-    assert private_parameter(holder, 'secret', '') == 'hush'
-    assert fixed_parameter(holder, 'gain', 1.0) == 2.0
-    assert spin_until(lambda: bool(events), PATIENCE)
+    assert lib.spin_until(lambda: announced.get_subscription_count() > 0, PATIENCE)
+    assert lib.private_parameter(holder, 'secret', '') == 'hush'
+    assert lib.fixed_parameter(holder, 'gain', 1.0) == 2.0
+    assert lib.spin_until(lambda: bool(events), PATIENCE)
     assert [p.name for event in events for p in event.new_parameters] == ['gain']
 
-    listed = ask(holder, ListParameters, 'list_parameters').result.names
+    listed = ask(holder, srv.ListParameters, 'list_parameters').result.names
     assert 'gain' in listed and 'secret' not in listed
     both = ['gain', 'secret']
-    values = ask(holder, GetParameters, 'get_parameters', names=both).values
+    values = ask(holder, srv.GetParameters, 'get_parameters', names=both).values
     assert not any('hush' in str(value) for value in values)
-    kinds = ask(holder, GetParameterTypes, 'get_parameter_types', names=both).types
+    kinds = ask(holder, srv.GetParameterTypes, 'get_parameter_types', names=both).types
     assert 4 not in list(kinds)
-    described = ask(holder, DescribeParameters, 'describe_parameters', names=both).descriptors
+    described = ask(holder, srv.DescribeParameters, 'describe_parameters', names=both).descriptors
     assert not any(each.type == 4 for each in described)
     wanted = [Parameter('secret', value='x').to_parameter_msg()]
-    (result,) = ask(holder, SetParameters, 'set_parameters', parameters=wanted).results
+    (result,) = ask(holder, srv.SetParameters, 'set_parameters', parameters=wanted).results
     assert not result.successful
-    assert private_parameter(holder, 'secret', '') == 'hush'
+    assert lib.private_parameter(holder, 'secret', '') == 'hush'
 
 
 def test_a_fixed_parameter_cannot_be_set_and_a_declared_one_can(holder):
-    fixed_parameter(holder, 'gain', 1.0)
-    declared(holder, 'start', 'nominal')
+    lib.fixed_parameter(holder, 'gain', 1.0)
+    lib.declared(holder, 'start', 'nominal')
     results = holder.set_parameters([Parameter('gain', value=3.0), Parameter('start', value='x')])
     assert [result.successful for result in results] == [False, True]
     assert holder.get_parameter('gain').value == 2.0
@@ -89,15 +73,15 @@ def test_a_fixed_parameter_cannot_be_set_and_a_declared_one_can(holder):
 
 def test_what_is_given_for_no_parameter_ends_the_node_before_it_is_served():
     given = 'secre:=x', 'gain:=2', 'secret:=hush', 'of_another:=1', 'use_sim_time:=false'
-    with graph(['--ros-args', *(word for one in given for word in ('-p', one))]):
+    with lib.graph(['--ros-args', *(word for one in given for word in ('-p', one))]):
         node = Node('holder')
-        fixed_parameter(node, 'gain', 1.0)
-        private_parameter(node, 'secret', '')
+        lib.fixed_parameter(node, 'gain', 1.0)
+        lib.private_parameter(node, 'secret', '')
         said = "^holder has no parameter 'secre'; did you mean secret[?]$"
         with pytest.raises(UserError, match=said):
-            join(node)
-        private_parameter(node, 'secre', '')
-        join(node)
+            lib.join(node)
+        lib.private_parameter(node, 'secre', '')
+        lib.join(node)
 
 
 @pytest.mark.parametrize(
@@ -112,9 +96,9 @@ def test_what_is_given_for_no_parameter_ends_the_node_before_it_is_served():
     ],
 )
 def test_a_whole_number_is_taken_for_a_float(text, default, value):
-    with graph(['--ros-args', '-p', f'x:={text}']):
+    with lib.graph(['--ros-args', '-p', f'x:={text}']):
         node = Node('holder')
-        found = fixed_parameter(node, 'x', default)
+        found = lib.fixed_parameter(node, 'x', default)
         assert found == value
         assert type(found) is type(value)
         assert node.get_parameter('x').value == found
@@ -132,9 +116,9 @@ def test_a_whole_number_is_taken_for_a_float(text, default, value):
     ],
 )
 def test_a_wrong_type_of_parameter_is_one_line(text, default, kind):
-    with graph(['--ros-args', '-p', f'x:={text}']):
+    with lib.graph(['--ros-args', '-p', f'x:={text}']):
         node = Node('holder')
-        for read in (fixed_parameter, private_parameter):
+        for read in (lib.fixed_parameter, lib.private_parameter):
             with pytest.raises(UserError, match=f"^parameter 'x' must be .*{kind}, not .*$"):
                 read(node, 'x', default)
 
@@ -152,40 +136,40 @@ def test_a_wrong_type_of_parameter_is_one_line(text, default, kind):
 def test_arguments_that_ros_does_not_understand_are_one_line(words, says, capfd):
     with (
         pytest.raises(UserError, match=f'^ROS does not start: .*{says}.*$'),
-        graph(['--ros-args', *words]),
+        lib.graph(['--ros-args', *words]),
     ):
         pass
     assert capfd.readouterr().err == ''
-    assert not running()
+    assert not lib.running()
 
 
 def test_parameter_files_name_nodes(tmp_path):
     path = tmp_path / 'p.yaml'
     path.write_text("/left/holder: {ros__parameters: {rate: 7, motor: {name: 'left'}}}\n")
     given = '--ros-args', '--params-file', str(path), '-r', '__ns:=/left', '-p', 'other:rate:=9'
-    with graph([*given]):
+    with lib.graph([*given]):
         node = Node('holder')
-        assert fixed_parameter(node, 'rate', 1.0) == 7.0
-        assert fixed_parameter(node, 'motor.name', '') == 'left'
-        join(node)
+        assert lib.fixed_parameter(node, 'rate', 1.0) == 7.0
+        assert lib.fixed_parameter(node, 'motor.name', '') == 'left'
+        lib.join(node)
 
 
 def test_a_process_may_take_part_again_and_runs_only_meanwhile():
     for _ in range(2):
-        assert not running()
-        with graph():
-            assert running()
-            assert not spin_until(lambda: False, 0.01)
-            end()
-            assert not running()
-            assert not spin_until(lambda: False, PATIENCE), 'returns at once'
-    assert not running()
+        assert not lib.running()
+        with lib.graph():
+            assert lib.running()
+            assert not lib.spin_until(lambda: False, 0.01)
+            lib.end()
+            assert not lib.running()
+            assert not lib.spin_until(lambda: False, PATIENCE), 'returns at once'
+    assert not lib.running()
 
 
 def test_a_call_says_what_it_waited_for(holder):
     nobody = holder.create_client(Trigger, 'nobody')
     with pytest.raises(TimeoutError, match=r'no server for /nobody within 0\.1 s'):
-        call(nobody, Trigger.Request(), 0.1)
+        lib.call(nobody, Trigger.Request(), 0.1)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -196,13 +180,13 @@ def test_signals_end_a_node_quietly(node, spawn, number, domain, tmp_path):
     states: list[object] = []
     node.create_subscription(JointState, 'joint_states', states.append, 10)
     peer = spawn(PEER, stderr=subprocess.PIPE, env={**os.environ, **profile})
-    assert spin_until(lambda: bool(states), PATIENCE)
+    assert lib.spin_until(lambda: bool(states), PATIENCE)
     peer.send_signal(number)
     _, errors = peer.communicate(timeout=PATIENCE)
     assert peer.returncode == 0
     assert len(errors.splitlines()) == 1
     assert f'rmw_fastrtps_cpp, ROS_DOMAIN_ID {domain}, reach LOCALHOST' in errors
-    gone = spin_until(lambda: 'talker' not in node.get_node_names(), PATIENCE)
+    gone = lib.spin_until(lambda: 'talker' not in node.get_node_names(), PATIENCE)
     assert gone, 'it did not say goodbye, and its lease does not run out'
 
 
@@ -236,7 +220,7 @@ def test_a_second_interrupt_ends_what_does_not_return(spawn):
     assert stuck.stdout.readline() == 'working\n'
     stuck.send_signal(signal.SIGINT)
     assert stuck.stdout.readline() == 'asked\n'
-    time.sleep(AGAIN + 0.5)
+    time.sleep(lib.AGAIN + 0.5)
     stuck.send_signal(signal.SIGINT)
     assert 'Traceback' not in stuck.communicate(timeout=PATIENCE)[1]
     assert stuck.returncode == 130

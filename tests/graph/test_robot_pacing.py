@@ -190,7 +190,7 @@ def test_realtime_keeps_the_pace_and_catches_up(driver, monkeypatch, slow, lost)
     clock, lateness = Clock(), []
     for timed in (module, loop):
         monkeypatch.setattr(timed, 'time', clock)
-    monkeypatch.setattr(module, 'spin_once', clock.sleep)
+    monkeypatch.setattr(module.node, 'spin_once', clock.sleep)
 
     def act() -> None:
         clock.sleep(slow if driver.count == 6 else 0.0)

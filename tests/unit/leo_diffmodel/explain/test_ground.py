@@ -12,17 +12,10 @@ from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.estimate import contact
+from leo_diffmodel.explain.estimate import contact, ground_fit
 from leo_diffmodel.explain.estimate.contact import finalists, gains
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Rest
-from leo_diffmodel.explain.estimate.ground_fit import (
-    converged,
-    Iterate,
-    polished,
-    settled_on_ground,
-    standard_errors_moved,
-)
 from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, two_angles
 from leo_diffmodel.explain.estimate.ground_settle import refined, settled
 from leo_diffmodel.explain.explanation import explain
@@ -55,7 +48,7 @@ def model():
 @pytest.fixture(scope='module')
 def landed(model):
     """Short windows of LEO as it stands, settled."""
-    return settled_on_ground(windowed(model, recorded(start='standing', seconds=0.9)))
+    return ground_fit.settled_on_ground(windowed(model, recorded(start='standing', seconds=0.9)))
 
 
 def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
@@ -136,7 +129,7 @@ def test_what_a_coarse_integration_is_off_by_is_taken_off(model, landed):
 
 
 def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked):
-    given = settled_on_ground(windowed(model, braked))
+    given = ground_fit.settled_on_ground(windowed(model, braked))
     right = model.changed(effects=[place(LEO, 'viscous_friction', 'left_knee', b=0.05)])
     right, linearisation = replace(given, base=right), given.linearisation
     again, afresh = settled(right, linearisation)[1], settled(right)[1]
@@ -196,15 +189,15 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
     truth = np.array([1.5, -6.0])
     bag = recorded(place(LEO, 'external_force', 'arm', x=1.5, z=-6.0), start='standing', seconds=3)
     posed = pose([bag], [], model)
-    posed = replace(posed, problem=settled_on_ground(posed.problem))
+    posed = replace(posed, problem=ground_fit.settled_on_ground(posed.problem))
     held = Hypothesis().with_candidate(candidate(model, 'external_force:arm'))
     null = fit(posed.problem, Hypothesis())
-    best = converged(posed, replace(null, hypothesis=held, theta=0.8 * truth))
+    best = ground_fit.converged(posed, replace(null, hypothesis=held, theta=0.8 * truth))
     sure = np.sqrt(np.diagonal(best.fit.covariance))
     assert np.all(np.abs(best.fit.theta - truth) < 3 * sure)
     for way in (-2.0, 0.0, 2.0):
         off = replace(best.fit, theta=best.fit.theta + way * sure)
-        again = polished(best.posed, off)[1]
+        again = ground_fit.polished(best.posed, off)[1]
         assert np.all(np.abs(again.theta - best.fit.theta) < 0.7 * sure)
 
 
@@ -327,7 +320,7 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
         )
         settings = {'gates': ON_GROUND.gates, 'numerics': ON_GROUND.numerics}
         posed = SimpleNamespace(problem=SimpleNamespace(train=np.ones(12, dtype=bool), **settings))
-        return Iterate(posed, fitted, step)
+        return ground_fit.Iterate(posed, fitted, step)
 
     def advanced(at):
         return iterate(at.fit.hypothesis, at.step + 1), 1.0
@@ -344,8 +337,8 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
 
 def test_a_parameter_on_its_bound_does_not_count_as_one_that_still_moves():
     fitted = SimpleNamespace(standard_errors=np.array([0.0, 0.5]))
-    at = Iterate(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
-    assert standard_errors_moved(at) == 2.0
+    at = ground_fit.Iterate(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
+    assert ground_fit.standard_errors_moved(at) == 2.0
 
 
 def test_on_the_ground_too_an_answer_is_cut_short_and_says_so():

@@ -10,25 +10,18 @@ import pytest
 from tests.searched import searched
 from tests.simulate import record, TORQUE
 
+from leo_diffmodel.explain import settings as ours
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.settings import (
-    Gates,
-    ON_GROUND,
-    SETTINGS,
-    Settings,
-    settings_for,
-    texts,
-)
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
 
 MOST, FRICTION = 40, 'coulomb_friction'
-PARTS = [type(getattr(SETTINGS, part.name)) for part in fields(Settings)]
+PARTS = [type(getattr(ours.SETTINGS, part.name)) for part in fields(ours.Settings)]
 
 
 def test_there_are_few_gates():
-    assert 10 < len(fields(Gates)) <= MOST
+    assert 10 < len(fields(ours.Gates)) <= MOST
 
 
 @pytest.mark.parametrize('part', PARTS)
@@ -44,8 +37,8 @@ def test_each_number_says_what_it_is(part):
 
 
 def test_a_page_can_show_what_each_gate_is():
-    told = texts(Gates)
-    assert list(told) == [f.name for f in fields(Gates)]
+    told = ours.texts(ours.Gates)
+    assert list(told) == [f.name for f in fields(ours.Gates)]
     assert all(told.values())
 
 
@@ -55,32 +48,33 @@ def test_a_number_has_one_name():
 
 
 def test_the_gates_are_told_by_name_and_value():
-    told = SETTINGS.gates.to_json()
-    assert list(told) == [f.name for f in fields(Gates)]
+    told = ours.SETTINGS.gates.to_json()
+    assert list(told) == [f.name for f in fields(ours.Gates)]
     assert told.pop('window_nats') is None and json.dumps(told, allow_nan=False)
-    assert all(v == getattr(SETTINGS.gates, name) and v > 0 for name, v in told.items())
+    assert all(v == getattr(ours.SETTINGS.gates, name) and v > 0 for name, v in told.items())
 
 
 def test_the_ground_has_numbers_of_its_own_and_a_users_are_taken_as_they_are():
-    own = settings_for(load_robot('leo'))
-    assert settings_for(TORQUE) == SETTINGS
-    assert own == SETTINGS.changed(**ON_GROUND) and own.gates.to_json()['window_nats'] == 6.0
+    own = ours.settings_for(load_robot('leo'))
+    assert ours.settings_for(TORQUE) == ours.SETTINGS
+    assert own == ours.SETTINGS.changed(**ours.ON_GROUND)
+    assert own.gates.to_json()['window_nats'] == 6.0
     for part in PARTS:
-        given = ON_GROUND.keys() & {f.name for f in fields(part)}
-        assert given and not any(ON_GROUND[name] == getattr(part(), name) for name in given)
+        given = ours.ON_GROUND.keys() & {f.name for f in fields(part)}
+        assert given and not any(ours.ON_GROUND[name] == getattr(part(), name) for name in given)
 
 
 def test_numbers_are_changed_by_name():
-    other = SETTINGS.changed(turns=7, huber=3.0, gap=0.1)
+    other = ours.SETTINGS.changed(turns=7, huber=3.0, gap=0.1)
     assert (other.gates.turns, other.numerics.huber, other.grids.gap) == (7, 3.0, 0.1)
-    assert other.changed(turns=SETTINGS.gates.turns, huber=2.5, gap=0.5) == SETTINGS
+    assert other.changed(turns=ours.SETTINGS.gates.turns, huber=2.5, gap=0.5) == ours.SETTINGS
     with pytest.raises(TypeError, match=r"no setting is named \['hubert'\]"):
-        SETTINGS.changed(hubert=3.0)
+        ours.SETTINGS.changed(hubert=3.0)
 
 
 def windows(run, **changed):
     """In how many windows explain looks, as it says where gates ask for more."""
-    settings = SETTINGS.changed(fewest_windows=1000, **changed)
+    settings = ours.SETTINGS.changed(fewest_windows=1000, **changed)
     found = explain([run], Model(TORQUE), settings=settings)
     assert found.verdict == 'untestable'
     return int(found.sentence.partition('data in ')[2].split()[0])
@@ -94,8 +88,8 @@ def test_a_number_of_each_of_the_three_reaches_the_problem():
 
 def test_a_number_of_each_of_the_three_reaches_a_search():
     data = [record(TORQUE, place(TORQUE, FRICTION, 'pivot', c=0.3), seconds=6)]
-    other = SETTINGS.changed(price=1.0, huber=1.5, delays=(0.1,))
-    before, after = (searched(data, Model(TORQUE), s) for s in (SETTINGS, other))
+    other = ours.SETTINGS.changed(price=1.0, huber=1.5, delays=(0.1,))
+    before, after = (searched(data, Model(TORQUE), s) for s in (ours.SETTINGS, other))
     assert after.weight.price > 1.9 * before.weight.price
     assert after.null.loss.sum() < before.null.loss.sum()  # where it is linear it rises less
     late = [

@@ -13,14 +13,7 @@ from tests.bearing_drag import BEARING_DRAG
 from tests.flywheel import flywheel
 from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.compare.sizes import (
-    gravity_scale,
-    inertia_scale,
-    mass_scale,
-    push_scale,
-    reach,
-    stall_torque,
-)
+from leo_diffmodel.compare import sizes
 from leo_diffmodel.explain.problem.candidates import at_limit, candidates, limited, seen
 from leo_diffmodel.explain.problem.hypothesis import compatible
 from leo_diffmodel.explain.settings import SETTINGS
@@ -82,15 +75,15 @@ def plausible(robot, **options):
 def test_limits_are_the_robots_and_never_wider_than_the_effects(robot):
     found = plausible(robot)
     joint = robot.actuators[0].joint
-    torque = max(stall_torque(robot, joint), gravity_scale(robot))
+    torque = max(sizes.stall_torque(robot, joint), sizes.gravity_scale(robot))
     assert found['coulomb_friction', joint, 'c'].high == pytest.approx(torque)
     bias = found['bias_torque', joint, 't']
     assert (bias.low, bias.high) == pytest.approx((-torque, torque))
     link = robot.moving_links[0]
     mass = found['link_mass', link, 'm']
     own = robot.constants[f'links.{link}.mass'].value
-    assert -own < mass.low < 0 < mass.high == pytest.approx(5 * mass_scale(robot))
-    assert found['link_com', link, 'x'].high == pytest.approx(reach(robot))
+    assert -own < mass.low < 0 < mass.high == pytest.approx(5 * sizes.mass_scale(robot))
+    assert found['link_com', link, 'x'].high == pytest.approx(sizes.reach(robot))
     scale = found['torque_scale', joint, 'k']
     assert (scale.low, scale.high) == SETTINGS.grids.gain
     pool = candidates(Model(robot))
@@ -109,8 +102,8 @@ def test_a_stronger_robot_may_have_more_friction():
 
 def test_a_motor_may_have_several_times_the_inertia_that_it_moves():
     arm, servos = (plausible(load_robot(name)) for name in ('double_pendulum', 'so101'))
-    link, own = inertia_scale(load_robot('double_pendulum')), Model('so101').laws.rotor_inertia
-    assert arm['armature', 'elbow', 'J'].high > 2 * 5 * link
+    own, link = Model('so101').laws.rotor_inertia, load_robot('double_pendulum')
+    assert arm['armature', 'elbow', 'J'].high > 2 * 5 * sizes.inertia_scale(link)
     for where in ('all', 'gripper'):
         assert servos['armature', where, 'J'].high > 5 * own.max()
     assert servos == plausible(load_robot('so101'))
@@ -167,7 +160,7 @@ def test_a_wheel_whose_mass_is_on_its_axis_has_a_size(tmp_path, motor, gravity):
     assert found['link_com', 'x'].high == pytest.approx(radius)
     most = found['coulomb_friction', 'c'].high
     assert most == pytest.approx(0.32 if motor else 0.5 * 9.81 * radius)
-    assert (push_scale(robot) > 0).all()
+    assert (sizes.push_scale(robot) > 0).all()
 
 
 @pytest.mark.parametrize(

@@ -4,15 +4,7 @@
 from importlib.resources import files
 import os
 
-from dynamixel_sdk import (
-    COMM_RX_TIMEOUT,
-    COMM_SUCCESS,
-    GroupBulkRead,
-    GroupSyncRead,
-    GroupSyncWrite,
-    PortHandler,
-    Protocol2PacketHandler,
-)
+import dynamixel_sdk as sdk
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
@@ -32,7 +24,7 @@ from leo_sim.drivers.servo_bus.servo import ACCESS, ALERT, LIMIT, RANGE, Servo
 from leo_sim.drivers.servo_line import CONFIGURE
 from leo_sim.drivers.servo_port import BITS, Limits
 
-SDK = Protocol2PacketHandler()
+SDK = sdk.Protocol2PacketHandler()
 R = registers()
 LEGS = (1, 2, 3, 4, 5, 6)
 
@@ -42,7 +34,7 @@ def rig():
     return running(load_robot('leo'), 13.8, 'hanging')
 
 
-class Port(Limits, PortHandler):
+class Port(Limits, sdk.PortHandler):
     def __init__(self, rig):
         super().__init__(rig.port)
         self.computer, self.slack = rig.computer, CONFIGURE
@@ -57,14 +49,14 @@ def port(rig):
 def write(port, servo, name, value):
     at, size, data = R[name].address, R[name].size, list(R[name].encode(value))
     result, error = SDK.writeTxRx(port, servo, at, size, data)
-    assert result == COMM_SUCCESS
+    assert result == sdk.COMM_SUCCESS
     return error
 
 
 def read(port, servo, name):
     register = R[name]
     data, result, _ = SDK.readTxRx(port, servo, register.address, register.size)
-    assert result == COMM_SUCCESS
+    assert result == sdk.COMM_SUCCESS
     return register.decode(bytes(data))
 
 
@@ -122,11 +114,11 @@ def test_the_registers_are_those_of_robotis_model_files():
 
 
 def test_ping_and_broadcast_ping(port):
-    assert SDK.ping(port, 1) == (1030, COMM_SUCCESS, 0)
+    assert SDK.ping(port, 1) == (1030, sdk.COMM_SUCCESS, 0)
     found, result = SDK.broadcastPing(port)
-    assert result == COMM_SUCCESS
+    assert result == sdk.COMM_SUCCESS
     assert {n: model for n, (model, _) in found.items()} == dict.fromkeys(range(1, 10), 1030)
-    assert SDK.ping(port, 77)[1] == COMM_RX_TIMEOUT
+    assert SDK.ping(port, 77)[1] == sdk.COMM_RX_TIMEOUT
 
 
 def test_eeprom_is_locked_while_torque_is_on_and_limits_hold(port):
@@ -147,15 +139,15 @@ def test_sync_write_and_both_sync_reads(rig, port):
     for servo in LEGS:
         in_pwm_mode(port, servo)
     goal = R['goal_pwm']
-    writer = GroupSyncWrite(port, SDK, goal.address, goal.size)
+    writer = sdk.GroupSyncWrite(port, SDK, goal.address, goal.size)
     for servo in LEGS:
         writer.addParam(servo, list(goal.encode(10 * servo)))
-    assert writer.txPacket() == COMM_SUCCESS
-    reader = GroupSyncRead(port, SDK, R['present_pwm'].address, 23)
+    assert writer.txPacket() == sdk.COMM_SUCCESS
+    reader = sdk.GroupSyncRead(port, SDK, R['present_pwm'].address, 23)
     for servo in LEGS:
         reader.addParam(servo)
     for ask in (reader.txRxPacket, reader.fastSyncRead):
-        assert ask() == COMM_SUCCESS
+        assert ask() == sdk.COMM_SUCCESS
         assert [reader.getData(n, 124, 2) for n in LEGS] == [10 * n for n in LEGS]
         assert [reader.getData(n, 144, 2) for n in LEGS] == 6 * [138]
         assert [reader.getData(n, 146, 1) for n in LEGS] == 6 * [30]
@@ -165,18 +157,18 @@ def test_sync_write_and_both_sync_reads(rig, port):
 
 
 def test_bulk_read(port):
-    reader = GroupBulkRead(port, SDK)
+    reader = sdk.GroupBulkRead(port, SDK)
     reader.addParam(1, 132, 4)
     reader.addParam(2, 144, 2)
-    assert reader.txRxPacket() == COMM_SUCCESS
+    assert reader.txRxPacket() == sdk.COMM_SUCCESS
     assert reader.getData(2, 144, 2) == 138
 
 
 def test_registered_writes_wait_for_the_action(port):
     in_pwm_mode(port, 1)
-    assert SDK.regWriteTxRx(port, 1, 100, 2, [5, 0]) == (COMM_SUCCESS, 0)
+    assert SDK.regWriteTxRx(port, 1, 100, 2, [5, 0]) == (sdk.COMM_SUCCESS, 0)
     assert read(port, 1, 'goal_pwm') == 0
-    assert SDK.action(port, 0xFE) == COMM_SUCCESS
+    assert SDK.action(port, 0xFE) == sdk.COMM_SUCCESS
     assert read(port, 1, 'goal_pwm') == 5
 
 
@@ -244,7 +236,7 @@ def test_an_overheated_servo_lets_go_and_says_so_until_it_is_restarted(rig, port
     assert SDK.ping(port, 1)[2] == ALERT
     assert read(port, 1, 'torque_enable') == 0
     assert write(port, 1, 'torque_enable', 1) & 0x7F == 1, 'refused'
-    assert SDK.reboot(port, 1)[0] == COMM_SUCCESS
+    assert SDK.reboot(port, 1)[0] == sdk.COMM_SUCCESS
     assert read(port, 1, 'hardware_error_status') == 0
     assert read(port, 1, 'operating_mode') == PWM_MODE, 'the EEPROM is kept'
     assert write(port, 1, 'torque_enable', 1) == 0
@@ -252,11 +244,11 @@ def test_an_overheated_servo_lets_go_and_says_so_until_it_is_restarted(rig, port
 
 def test_behind_a_silent_servo_all_are_silent(rig, port):
     rig.bus.silent = frozenset({2})
-    reader = GroupSyncRead(port, SDK, 132, 4)
+    reader = sdk.GroupSyncRead(port, SDK, 132, 4)
     for servo in (1, 2, 3):
         reader.addParam(servo)
-    assert reader.txRxPacket() == COMM_RX_TIMEOUT
-    assert SDK.ping(port, 3)[1] == COMM_SUCCESS
+    assert reader.txRxPacket() == sdk.COMM_RX_TIMEOUT
+    assert SDK.ping(port, 3)[1] == sdk.COMM_SUCCESS
 
 
 @pytest.mark.parametrize('trouble', ['lose', 'cut', 'wrong_crc', 'rubbish', 'late'])
@@ -274,16 +266,16 @@ def test_no_damaged_packet_is_taken_for_another(rig, port, trouble):
     for _ in range(30):
         port.clearPort()
         data, result, _ = SDK.readTxRx(port, 1, 144, 2)
-        good += result == COMM_SUCCESS
-        assert result != COMM_SUCCESS or data == [138, 0]
+        good += result == sdk.COMM_SUCCESS
+        assert result != sdk.COMM_SUCCESS or data == [138, 0]
     assert good > 3
 
 
 def test_a_cable_out_of_the_bus_is_silence(rig, port):
     rig.bus_cable = False
-    assert SDK.ping(port, 1)[1] == COMM_RX_TIMEOUT
+    assert SDK.ping(port, 1)[1] == sdk.COMM_RX_TIMEOUT
     rig.bus_cable = True
-    assert SDK.ping(port, 1)[1] == COMM_SUCCESS
+    assert SDK.ping(port, 1)[1] == sdk.COMM_SUCCESS
 
 
 @pytest.fixture
@@ -326,7 +318,7 @@ def test_a_whole_answer_is_taken_however_late_this_process_looks(rig, port):
     SDK.txPacket(port, [0xFF, 0xFF, 0xFD, 0, 1, 3, 0, dynamixel.PING, 0, 0])
     port.setPacketTimeout(14)
     rig.computer.sleep(1.0)
-    assert SDK.rxPacket(port, False)[1] == COMM_SUCCESS
+    assert SDK.rxPacket(port, False)[1] == sdk.COMM_SUCCESS
 
 
 def test_rubbish_without_an_end_ends(rig, port, monkeypatch):
