@@ -84,10 +84,8 @@ def _scales(found: Found) -> list[Found]:
     inverse = replace(found, code='angle_scale', value=1 / k, sd=sd, what=what)
     out = [_with_unit(found, SPEEDS), _with_unit(inverse, ANGLES)]
     if LIMITS.stretches[0] < k < LIMITS.stretches[1]:
-        what = (
-            f'a second of the log lasts {size} s: its speeds are {k:.4g} times the change of its '
-            'angles'
-        )
+        what = f'a second of the log lasts {size} s: its speeds are {k:.4g} times the change of '
+        what += 'its angles'
         out.append(replace(found, code='time_stretch', joint='', what=what))
     named = [f for f in out if ' that is ' in f.what]
     return [*named, *(f for f in out if f not in named)]

@@ -11,7 +11,6 @@ import time
 from typing import TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.best import show_why
 from leo_msgs_py.console import progress
 from leo_msgs_py.ending import ending
 from leo_msgs_py.errors import UserError
@@ -72,6 +71,7 @@ def _finished(
     arguments: Namespace, best: Best, recordings: Recordings, target: Path | None
 ) -> int:
     from leo_diffmodel.report.explained import write_explanation
+    from leo_diffmodel.verbs.best import show_why
 
     assert best.answer
     folder, result = best.folder, best.answer
@@ -107,6 +107,7 @@ def _explained(
 
 def _each(arguments: Namespace, folder: Path | None) -> int:
     """Every bag by itself; exit status 2 where one could not be explained."""
+    from leo_diffmodel.verbs.best import show_why
     from leo_diffmodel.verbs.explain_each import explain_each
 
     answers = explain_each(arguments, folder)
