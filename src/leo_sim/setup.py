@@ -57,7 +57,7 @@ setup(
     ],
     extras_require={
         'bullet': ['pybullet>=3.2.7'],
-        'mujoco': ['mujoco>=3.3,<4'],
+        'mujoco': ['mujoco>=3.12,<4'],
         'servos': ['dynamixel-sdk>=4.1', 'feetech-servo-sdk>=1.0'],
         'test': ['pytest', 'hypothesis', 'mujoco<4'],
     },

@@ -64,9 +64,11 @@ class Table(RichTable):
         self._spare = spare
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterable[Any]:
-        for column in self.columns:
-            if column.no_wrap:
-                column.min_width = max(cell_len(str(c)) for c in (column.header, *column.cells))
+        for column in (c for c in self.columns if c.no_wrap):
+            width = max(cell_len(str(c)) for c in (column.header, *column.cells))
+            fits = width <= options.max_width // 2  # what is wider leaves no room
+            column.no_wrap, column.overflow = fits, 'fold'
+            column.min_width = width if fits else None
         shown, wide = copy(self), options.update(max_width=sys.maxsize)
         for count in range(self._spare + 1):
             shown.columns = self.columns[: len(self.columns) - count]

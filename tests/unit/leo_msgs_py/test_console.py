@@ -41,6 +41,13 @@ def test_what_is_too_wide_lacks_its_last_columns_and_says_so():
         assert NAMES[1] in said and ('left out' in said) == bool(lacks)
 
 
+def test_a_name_that_leaves_no_room_is_folded_and_nothing_is_cut():
+    table, text = Table(Column('effect', no_wrap=True), 'found from'), io.StringIO()
+    table.add_row('x' * 42, '0.0013')
+    Terminal(file=text, width=40).print(table)
+    assert text.getvalue().count('x') == 42 and '0.0013' in text.getvalue()
+
+
 def test_a_bar_draws_itself_and_no_name_in_it_is_obeyed(monkeypatch):
     text = io.StringIO()
     text.isatty = lambda: True

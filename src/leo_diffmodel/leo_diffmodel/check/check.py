@@ -118,8 +118,8 @@ def check(
         return _too_short(bags, model, str(error))
     rows, apart = reaches(data, Facts.of(model.robot, recordings))
     pairs = alike(rows, apart, data.seconds)
-    findings += [hidden(rows, data.seconds, recordings, model)]
     rows = [r for r in rows if r.detectable is not None or r.label not in nowhere(model)]
+    findings += [hidden(rows, data.seconds, recordings, model)]
     found, origin = (tuple(ranges), tuple(rows), tuple(pairs)), provenance(recordings, model)
     return Check(_sorted(findings), *found, data.threshold, data.seconds, origin)
 

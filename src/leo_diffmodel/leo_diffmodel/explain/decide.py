@@ -178,12 +178,12 @@ def answer_rules(findings: Findings, named: Sequence[Named]) -> Iterator[Rule]:
     yield from _limits(findings)
     held = {n.label for n in named if n.sure} or {n.label for n in named}
     kept, stable = findings.choices.kept(held), findings.gates.stable
-    what = 'this set is' if len(held) == len(named) else f'{listed(sorted(held))} are'
-    doubt = f'{what} chosen in {kept:.0%} of the held-out turns'
+    what = 'this set' if len(held) == len(named) else f'all of {listed(sorted(held))}'
+    doubt = f'{what} is chosen in {kept:.0%} of the held-out turns'
     yield Rule('set chosen too seldom', kept < stable, kept, stable, '', doubt)
     less, smaller = 'would leave less unexplained', 'has a smaller held-out error'
-    yield _beaten('another set leaves less', findings.other, held, less)
-    yield _beaten('another set errs less', findings.refuted, held, smaller)
+    yield _beaten('another set leaves less', findings.others, held, less)
+    yield _beaten('another set errs less', findings.refuting, held, smaller)
     if certificate := findings.final.certificate:
         starts, least = certificate.starts, certificate.decrement
         several = f'{starts} starts of the fit end at different values'
@@ -194,11 +194,11 @@ def answer_rules(findings: Findings, named: Sequence[Named]) -> Iterator[Rule]:
     yield Rule('not all was tried', bool(untried), len(untried), 0, '', doubt)
 
 
-def _beaten(name: str, other: Contender | None, held: Collection[str], how: str) -> Rule:
+def _beaten(name: str, others: Sequence[Contender], held: Collection[str], how: str) -> Rule:
     """Whether another set speaks against those held: it does without one of them."""
-    if other is None or not set(other.lacks) & set(held):
-        return Rule(name, False)
-    return Rule(name, True, other.by, None, other.label, f'{other.label} {how}')
+    for other in (o for o in others if set(o.lacks) & set(held)):
+        return Rule(name, True, other.by, None, other.label, f'{other.label} {how}')
+    return Rule(name, False)
 
 
 def _limits(findings: Findings) -> Iterator[Rule]:

@@ -2,6 +2,7 @@
 """The rows of explain.json, read off the findings: names, units and figures."""
 
 from collections.abc import Collection
+import math
 from typing import Any
 
 from leo_diffmodel.compare.headline import Figures
@@ -92,6 +93,7 @@ def _sets(findings: Findings) -> list[dict]:
             'ended': s.fit.ended,
         }
         for s, figures in zip(found.sets, findings.of_sets, strict=True)
+        if all(map(math.isfinite, figures[statistic]))
     ]
 
 

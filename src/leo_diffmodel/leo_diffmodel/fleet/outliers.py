@@ -44,7 +44,7 @@ def fleet(answers: Mapping[str, dict], off: Off) -> list[dict[str, Any]]:
 
 
 def _figures(answer: dict) -> Iterator[tuple[Figure, dict]]:
-    for e in answer['effects']:
+    for e in [*answer['effects'], *answer.get('not_sure', [])]:
         for name, p in e['parameters'].items():
             yield Figure(f'{e["name"]}:{e["where"]}', name, p['unit']), _value(p)
     for path, p in answer['constants'].items():

@@ -4,7 +4,7 @@
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 import os
-from threading import Event
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from rclpy.node import Node
@@ -41,14 +41,16 @@ class LiveRobot:
         listen(node, topics.DIAGNOSTICS, self._on_diagnostics)
         listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
 
-    def e_stop(self) -> Event:
-        """Stop the robot; sent at once, the answer comes to `asked`, and is told by an event."""
+    def e_stop(self) -> SimpleQueue[str]:
+        """Stop the robot; sent at once, the answer comes to `asked` and to the queue."""
         return self._ask(self._stop)
 
     def stopped(self) -> str:
         """Stop the robot and wait for its answer; why it is not known to have stopped, or ''."""
-        unheard = UNHEARD.format(self._stop.service_name)
-        return self.asked if self.e_stop().wait(PATIENCE) else unheard
+        try:
+            return self.e_stop().get(timeout=PATIENCE)
+        except Empty:
+            return UNHEARD.format(self._stop.service_name)
 
     def release(self) -> None:
         self._ask(self._release)
@@ -56,14 +58,15 @@ class LiveRobot:
     def close(self) -> None:
         self._recording.close()
 
-    def _ask(self, client: Any) -> Event:
+    def _ask(self, client: Any) -> SimpleQueue[str]:
         """Call a service without waiting for it, even where none has answered so far."""
-        answered = Event()
+        answered = SimpleQueue[str]()
         self.asked = '' if client.service_is_ready() else UNHEARD.format(client.service_name)
 
         def take(future: Any) -> None:
-            self.asked = '' if future.result().success else future.result().message
-            answered.set()
+            said = '' if future.result().success else future.result().message
+            self.asked = said
+            answered.put(said)
 
         client.call_async(topics.E_STOP.type.Request()).add_done_callback(take)
         return answered

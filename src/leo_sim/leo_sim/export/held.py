@@ -58,8 +58,10 @@ def _part(
 ) -> tuple[Placed | None, str]:
     without = needs.lacking(placed, model.robot, format_name)
     servos, taken = model.laws.servos, {j for o in kept if o.effect.name == LAG for j in o.where}
-    ramps = servos is not None and np.isfinite(servos.loop.goal_rate).any()
-    second_lag = placed.effect.name == LAG and (ramps or taken & {*placed.where})
+    if servos is not None:
+        ramps = np.isfinite(np.broadcast_to(servos.loop.goal_rate, len(model.robot.actuators)))
+        taken |= {a.joint for a, r in zip(model.robot.actuators, ramps, strict=True) if r}
+    second_lag = placed.effect.name == LAG and taken & {*placed.where}
     if not without and not second_lag:
         return placed, ''
     level = needs.friction_at_speed(placed)

@@ -11,5 +11,7 @@ def load_mujoco(what: str) -> Any:
     try:
         from leo_sim.references import mujoco as module
     except ModuleNotFoundError as error:
-        raise UserError(f"{what} needs the package mujoco: pip install 'mujoco<4'") from error
+        raise UserError(
+            f"{what} needs the package mujoco: pip install 'mujoco>=3.12,<4'"
+        ) from error
     return module

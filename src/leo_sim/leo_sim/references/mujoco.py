@@ -186,9 +186,11 @@ def _made(make: Callable[[str], Any], source: str, refusal: str) -> Any:
         made = make(source)
         if any('NaN' in line for line in warned):
             raise ValueError(' '.join(warned))
+        return made
     except ValueError as error:
         raise UserError(f'{refusal}: {" ".join(str(error).split())}') from error
-    return made
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 def integrate(

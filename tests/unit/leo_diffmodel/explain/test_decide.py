@@ -212,8 +212,8 @@ def findings(share=1.0, floors=(), by_recording=({}, {}, {}), **of_choices):
         floors=floors,
         by_recording=by_recording,
         choices=Choices(**choices | of_choices),
-        other=None,
-        refuted=None,
+        others=(),
+        refuting=(),
         search=SimpleNamespace(untried=()),
         unknown=None,
     )
@@ -323,12 +323,15 @@ def test_what_has_not_converged_is_never_sure(starts, said):
 
 def test_sets_that_speak_against_the_choice_are_said():
     made = findings()
-    made.other = Contender('armature:pivot', 30.0, LABELS)
-    made.refuted = Contender('x:pivot', 0.2, LABELS[:1])
+    made.others = (Contender('armature:pivot', 30.0, LABELS),)
+    made.refuting = (Contender('x:pivot', 0.2, LABELS[:1]),)
     leaves_less = 'armature:pivot would leave less unexplained'
     assert doubts(made) == [leaves_less, 'x:pivot has a smaller held-out error']
-    # it has what is sure as well
+    # it has what is sure as well; the next one has not
     assert [*said(answer_rules(made, [WEAK, *SURE_TWO]))] == [leaves_less]
+    made.refuting += (Contender('y:pivot', 0.1, LABELS[1:]),)
+    both = [leaves_less, 'y:pivot has a smaller held-out error']
+    assert [*said(answer_rules(made, [WEAK, *SURE_TWO]))] == both
 
 
 @pytest.mark.parametrize(('by', 'sure'), [(0.1, True), (0.12, False)])

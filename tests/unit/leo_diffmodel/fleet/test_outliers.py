@@ -35,6 +35,9 @@ def test_a_value_far_off_a_narrow_fleet_stands_out():
 def test_an_effect_that_is_not_named_is_off_where_the_data_would_have_shown_it():
     assert _stand_out(None, None, 0.1, None) == ['2']
     assert _stand_out(0.1, 0.1, 0.1, None) == ['3']
+    unsure = {'effects': [], 'not_sure': _answer(0.1)['effects']}  # beside what is sure
+    answers = {n: _answer(0.1) for n in 'abc'} | {'d': _answer(0.1) | unsure}
+    assert fleet(answers, lambda _: 0.0)[0]['stand_out'] == []
     answers = {'a': _answer(0.1), 'b': _answer(0.1), 'c': _answer(None, blind=True)}
     assert [*fleet(answers, lambda _: 0.0)[0]['robots']] == ['a', 'b']
     assert [*fleet(answers | {'d': _answer(None)}, lambda _: None)[0]['robots']] == ['a', 'b']

@@ -129,7 +129,7 @@ def test_without_mujoco_nothing_is_written(model, bag_of_it, tmp_path, monkeypat
     monkeypatch.setitem(sys.modules, 'mujoco', None)
     monkeypatch.delitem(sys.modules, 'leo_sim.references.mujoco', raising=False)
     monkeypatch.delattr(leo_sim.references, 'mujoco', raising=False)
-    with pytest.raises(UserError, match=r"--check of an MJCF needs .*: pip install 'mujoco<4'"):
+    with pytest.raises(UserError, match=r"--check of an MJCF needs .*: pip install 'mujoco>=3"):
         main([str(model), '-o', str(tmp_path / 'out.xml'), '--check', bag_of_it])
     assert not (tmp_path / 'out.xml').exists()
 

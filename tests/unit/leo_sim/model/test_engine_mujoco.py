@@ -172,7 +172,7 @@ def test_without_the_package_it_says_how_to_get_it(monkeypatch):
     monkeypatch.delattr('leo_sim.references.mujoco', raising=False)
     monkeypatch.delitem(sys.modules, 'leo_sim.references.mujoco', raising=False)
     model = Model(LEO, engine='mujoco')
-    with pytest.raises(UserError, match=r"pip install 'mujoco<4'"):
+    with pytest.raises(UserError, match=r"pip install 'mujoco>=3"):
         model.step(model.start(), np.zeros(6), 0.03)
 
 

@@ -61,7 +61,7 @@ class Contact(estimator.Estimator):
         at: estimator.Estimate,
         starts: Sequence[Array],
         progress: estimator.Progress,
-        widened: estimator.Widened = estimator.as_fitted,
+        wide: estimator.Widened = estimator.as_fitted,
     ) -> estimator.Estimate:
         """From one start only: what another one costs here is most of a search."""
         posed, best = ground_fit.polished(at.posed, at.fit) if at.fit.hypothesis.size else at

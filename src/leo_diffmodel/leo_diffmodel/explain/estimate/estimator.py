@@ -116,15 +116,11 @@ class Estimator(ABC):
 
     @abstractmethod
     def finished(
-        self,
-        at: Estimate,
-        starts: Sequence[Array],
-        progress: Progress,
-        widened: Widened = as_fitted,
+        self, at: Estimate, starts: Sequence[Array], progress: Progress, wide: Widened = as_fitted
     ) -> Estimate:
         """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate.
 
-        `widened` gives a fit the errors that an answer says.
+        `wide` gives a fit the errors that an answer says.
         """
 
     def ends(self, at: Estimate) -> Array:

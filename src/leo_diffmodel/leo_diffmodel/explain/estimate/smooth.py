@@ -110,13 +110,9 @@ class Smooth(Estimator):
         return self._made[1]
 
     def finished(
-        self,
-        at: Estimate,
-        starts: Sequence[Array],
-        progress: Progress,
-        widened: Widened = as_fitted,
+        self, at: Estimate, starts: Sequence[Array], progress: Progress, wide: Widened = as_fitted
     ) -> Estimate:
-        return Estimate(at.posed, finished(at.problem, at.fit, starts, progress, widened))
+        return Estimate(at.posed, finished(at.problem, at.fit, starts, progress, wide))
 
 
 def _fitted_all(

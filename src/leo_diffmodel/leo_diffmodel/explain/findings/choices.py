@@ -53,22 +53,20 @@ def _counted(candidates: Iterable[Candidate], resamples: int) -> Counts:
     return tuple((label, n / resamples) for label, n in counts.most_common())
 
 
-def other(found: Search, facts: Facts) -> Contender | None:
-    """The set that leaves much less unexplained than the chosen one, and is not surely behind it.
+def others(found: Search, facts: Facts) -> tuple[Contender, ...]:
+    """Sets that leave much less unexplained than the chosen one, and are not surely behind it.
 
-    Two measures then disagree: the chosen one saves more in all, the other in most windows. A
+    The least first. Two measures then disagree: the chosen one saves more in all, they in most. A
     set that shares effects with the chosen one must be as small, and supported itself. One that
     shares none may have one effect more: what is little for one effect is no reason against two.
     """
     weight, chosen = found.weight, found.chosen
     left = weight.unexplained(chosen) - weight.negligible(chosen)
     able = (s for s in found.sets if _comparable(found, s, facts))
-    less = (s for s in able if weight.unexplained(s) < left)
+    less = (s for s in sorted(able, key=weight.unexplained) if weight.unexplained(s) < left)
     near = [s for s in less if not weight.surely_ahead(chosen, s)]
-    if not near:
-        return None
-    best = min(near, key=weight.unexplained)
-    return _contender(best, weight.unexplained(chosen) - weight.unexplained(best), found, facts)
+    by = [weight.unexplained(chosen) - weight.unexplained(s) for s in near]
+    return tuple(_contender(s, b, found, facts) for s, b in zip(near, by, strict=True))
 
 
 def _comparable(found: Search, rival: Scored, facts: Facts) -> bool:
@@ -95,17 +93,14 @@ def last_word(found: Search, held: HeldOut, facts: Facts) -> Search:
     return next((other for other in choices if other is not found), found)
 
 
-def refuted(found: Search, held: HeldOut, facts: Facts) -> Contender | None:
-    """The set with the surely smallest held-out error; None where the chosen one has it.
+def refuting(found: Search, held: HeldOut, facts: Facts) -> tuple[Contender, ...]:
+    """Sets with a surely smaller held-out error than the chosen one, the smallest first.
 
     What the folds surely put behind the chosen one must be more surely (`surely`) better than what
     they do not (`likely`): two measures then disagree.
     """
     better = _better(found, held, facts, found.sets)
-    if not better:
-        return None
-    best, part = better[0]
-    return _contender(best, part, found, facts)
+    return tuple(_contender(s, part, found, facts) for s, part in better)
 
 
 def _better(

@@ -12,7 +12,7 @@ from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.explain.estimate.estimator import FIT, PART, Progress, SCAN
 from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
-from leo_diffmodel.explain.findings.choices import choices, other, refuted
+from leo_diffmodel.explain.findings.choices import choices, others, refuting
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.findings.last_fits import finish, Finished
 from leo_diffmodel.explain.problem.classes import Facts
@@ -61,8 +61,8 @@ def collect(
         floors=parts.floors(done) if len(chosen) >= found.weight.gates.many else (),
         by_recording=parts.values_by_recording(found.problem, found.final, bags),
         choices=choices(found, facts),
-        other=other(found, facts),
-        refuted=refuted(found, held, facts),
+        others=others(found, facts),
+        refuting=refuting(found, held, facts),
         rest=rest_of(found.problem, found.null, found.final),
         unknown=_unknown(recordings, done),
         bags=bags,

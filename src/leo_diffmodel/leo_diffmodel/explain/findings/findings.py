@@ -120,8 +120,8 @@ class Findings:
     # of each chosen effect and each parameter that scales it, by its place in `theta`
     by_recording: tuple[dict[int, list[RecordingValue]], ...]
     choices: Choices
-    other: Contender | None  # leaves much less unexplained than the chosen set
-    refuted: Contender | None  # has no more effects and surely a smaller held-out error
+    others: tuple[Contender, ...]  # leave much less unexplained than the chosen set
+    refuting: tuple[Contender, ...]  # have hardly more effects, surely a smaller held-out error
     rest: Rest  # what the chosen effects leave
     unknown: Unknown | None
     bags: tuple[str, ...]

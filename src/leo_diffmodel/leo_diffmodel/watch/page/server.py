@@ -46,7 +46,7 @@ class WatchServer:
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'
             ) from error
         self.port: int = self._server.port
-        self.origin = f'http://localhost:{self.port}'
+        self.origin = f'http://localhost:{self.port}'.removesuffix(':80')
         self.url = f'{self.origin}/{token}/'
         page.state.listeners.append(self._follow)
 

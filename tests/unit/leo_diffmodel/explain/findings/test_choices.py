@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from tests.simulate import PENDULUM
 
-from leo_diffmodel.explain.findings.choices import choices, other
+from leo_diffmodel.explain.findings.choices import choices, others
 from leo_diffmodel.explain.findings.findings import Contender
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
@@ -71,4 +71,4 @@ def test_another_effect_that_leaves_much_less_speaks_against_the_choice(ahead, s
         surely_ahead=lambda _chosen, _rival: ahead,
     )
     found = SimpleNamespace(weight=weight, chosen=sets[0], sets=sets)
-    assert other(found, Facts(PENDULUM, False)) == (said and Contender(*said))
+    assert others(found, Facts(PENDULUM, False)) == ((Contender(*said),) if said else ())

@@ -72,7 +72,7 @@ def test_what_is_named_is_no_effect_that_could_not_be_tested(findings):
 def test_an_answer_with_a_rival_is_ambiguous(findings):
     assert decision(findings).verdict == 'named'
     both = tuple(part.candidate.label for part in findings.effects)
-    rivalled = replace(findings, other=Contender('armature:pivot', 9.0, both))
+    rivalled = replace(findings, others=(Contender('armature:pivot', 9.0, both),))
     assert decision(rivalled).verdict == 'ambiguous'
 
 
@@ -94,7 +94,7 @@ def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monke
     held = [record(TORQUE, *EFFECTS, seconds=10, seed=7)]
     found = searched(data, MODEL, hold_out=held)
     right = collect([*data, *held], MODEL, found, Facts(TORQUE, False), STEP)
-    assert right.refuted is None and decision(right).verdict == 'named'
+    assert not right.refuting and decision(right).verdict == 'named'
     other = next(c for c in candidates(MODEL) if c.label == 'coulomb_friction:pivot')
     less = score(Estimate(found.posed, fit(found.problem, Hypothesis((other,)), np.array([0.1]))))
 
@@ -105,14 +105,14 @@ def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monke
 
     mine = 'bias_torque:pivot + viscous_friction:pivot'
     corrected = judged().search
-    assert corrected.chosen.names == found.chosen.names and judged().refuted is None
+    assert corrected.chosen.names == found.chosen.names and not judged().refuting
     assert ' + '.join(sorted(c.label for c in corrected.final.hypothesis.candidates)) == mine
     folds_say_so = {'least_errors': -np.inf}
     wrong = judged(**folds_say_so)
-    assert wrong.search.chosen is less and wrong.refuted.label == mine
+    assert wrong.search.chosen is less and wrong.refuting[0].label == mine
     assert decision(replace(wrong, unknown=None)).verdict != 'named'
-    assert judged(surely=1.0, **folds_say_so).refuted is judged(likely=1.0).refuted is None
-    assert judged(fewest_blocks=10**6, **folds_say_so).refuted is None
+    assert not (judged(surely=1.0, **folds_say_so).refuting or judged(likely=1.0).refuting)
+    assert not judged(fewest_blocks=10**6, **folds_say_so).refuting
 
 
 def test_what_did_not_converge_is_not_sure(findings):
