@@ -129,7 +129,6 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     margin, behind = findings.gates.margin_nats, [r.behind for r in part.rivals if not r.same]
     close = min(behind, default=None)
     yield Rule('a rival is near', bool(part.close(margin)), close, margin, label)
-    yield from _disagreements(findings, part)
 
 
 def moved_rules(findings: Findings, part: Part, in_doubt: Sequence[Part]) -> Iterator[Rule]:
@@ -181,6 +180,8 @@ def answer_rules(findings: Findings, named: Sequence[Named]) -> Iterator[Rule]:
     what = 'this set' if len(held) == len(named) else f'all of {listed(sorted(held))}'
     doubt = f'{what} is chosen in {kept:.0%} of the held-out turns'
     yield Rule('set chosen too seldom', kept < stable, kept, stable, '', doubt)
+    for part in (p for p in findings.effects if p.candidate.label in held):
+        yield from _disagreements(findings, part)
     less, smaller = 'would leave less unexplained', 'has a smaller held-out error'
     yield _beaten('another set leaves less', findings.others, held, less)
     yield _beaten('another set errs less', findings.refuting, held, smaller)
@@ -223,11 +224,10 @@ def _disagreements(findings: Findings, part: Part) -> Iterator[Rule]:
             continue
         low = min(of_bags, key=lambda v: v.value + v.half)
         high = max(of_bags, key=lambda v: v.value - v.half)
-        apart = high.value - low.value
-        exclude = low.value + low.half < high.value - high.half
+        apart, exclude = high.value - low.value, low.value + low.half < high.value - high.half
         limit = findings.gates.disagree * abs(value - parameter.neutral)
-        doubt = f'about which the bags disagree: {parameter.name} is {low.value:.3g} in {low.bag} '
-        doubt += f'and {high.value:.3g} in {high.bag}; --each explains them one by one'
+        doubt = f'the bags disagree about {label}: {parameter.name} is {low.value:.3g} in '
+        doubt += f'{low.bag} and {high.value:.3g} in {high.bag}; --each explains them one by one'
         yield Rule('bags disagree', exclude and apart > limit, apart, limit, label, doubt)
 
 

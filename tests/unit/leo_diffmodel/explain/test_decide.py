@@ -300,9 +300,11 @@ def test_recordings_that_exclude_each_other_disagree(other, agree):
     first = Hypothesis(CHOSEN).offset(1)
     values = {first: [RecordingValue('run_1', 0.1, 0.001), RecordingValue('run_2', other, 0.001)]}
     made = findings(by_recording=({}, values, {}))
-    told = doubts(made, made.effects[1])
-    assert bool(told) is not agree and not doubts(made, made.effects[0])
-    assert all('disagree: t is 0.1 in run_1 and 0.25 in run_2' in each for each in told)
+    told = doubts(made)
+    assert bool(told) is not agree
+    assert all('bias_torque:pivot: t is 0.1 in run_1 and 0.25 in run_2' in each for each in told)
+    others = [Named(label, '') for label in (LABELS[0], LABELS[2])]
+    assert not [*said(answer_rules(made, others))]
 
 
 def test_what_there_was_no_time_for_is_said():

@@ -223,7 +223,7 @@ def test_a_constant_at_its_bound_hides_no_effect(seed, monkeypatch):
     off = place(robot, 'encoder_offset', 'pivot', o=2 * low)
     lags = place(robot, 'actuator_lag', 'pivot', tau=0.01)
     answer = explain([record(robot, off, lags, seconds=15, seed=seed)], Model(robot))
-    assert {e['name'] for e in answer.effects} == {'encoder_offset', 'actuator_lag'}
+    assert {e['name'] for e in answer.found} == {'encoder_offset', 'actuator_lag'}
 
 
 def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):
