@@ -159,8 +159,8 @@ def test_an_update_that_came_to_nothing_ends_the_learner_but_not_one_of_before(m
     failed = f'accepted; the last one failed: it {NOT_BETTER}'
     client = Answers(Model(PENDULUM), [(True, failed), (False, 'busy'), (True, failed)])
     monkeypatch.setattr('leo_learner.nodes.learner.ASK_AGAIN', 0.0)
-    monkeypatch.setattr('leo_learner.nodes.learner.running', lambda: True)
-    monkeypatch.setattr('leo_learner.nodes.learner.spin_once', lambda: None)
+    monkeypatch.setattr('leo_learner.nodes.learner.nodes.running', lambda: True)
+    monkeypatch.setattr('leo_learner.nodes.learner.nodes.spin_once', lambda: None)
     with pytest.raises(UserError, match='the policies learned so far stay'):
         client.newer(0)
     assert list(client.answers) == []

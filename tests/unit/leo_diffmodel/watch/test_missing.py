@@ -65,7 +65,7 @@ def test_a_change_drops_what_was_not_computed_of_the_one_before(scene):
 
 def test_what_cannot_be_told_is_said_in_one_line(scene, monkeypatch):
     singular = Mock(side_effect=np.linalg.LinAlgError('Singular matrix'))
-    monkeypatch.setattr(missing, 'torque_windows', singular)
+    monkeypatch.setattr(missing.torques, 'torque_windows', singular)
     state = State(scene)
     state.finish()
     assert 'Singular matrix' in state.missing.trouble and state.missing.given is None

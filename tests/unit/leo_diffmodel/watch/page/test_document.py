@@ -97,7 +97,8 @@ def test_another_joint_or_variable_is_shown_in_all_tabs(page):
 
 
 def test_why_there_is_no_torque_is_one_line(page, monkeypatch):
-    monkeypatch.setattr(missing, 'torque_windows', Mock(side_effect=ValueError('too short')))
+    short = Mock(side_effect=ValueError('too short'))
+    monkeypatch.setattr(missing.torques, 'torque_windows', short)
     page.finish()
     for name in ('where says', 'missing says'):
         assert page.model(name).text.count('too short') == 1
