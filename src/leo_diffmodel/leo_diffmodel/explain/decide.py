@@ -63,8 +63,8 @@ def decision(findings: Findings) -> Decision:
     cut_short = not findings.search.complete
     verdict, decisive = decide(named, findings.rest, law, doubts, bool(more), cut_short)
     pair = pair_note((part.candidate for part in findings.effects), findings.facts)
-    fired = (*decisive, *(rule for each in of_effects for rule in each), *whole)
-    return Decision(verdict, named, doubts, tuple(filter(None, [more, pair])), fired)
+    every = (*decisive, *(rule for each in of_effects for rule in each), *whole)
+    return Decision(verdict, named, doubts, tuple(filter(None, [more, pair])), every)
 
 
 def decide(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The best answer so far of a search that may be ended early: written and said as it comes."""
+"""The best answer so far of a search that may be ended early, as it comes, and why it is so."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ from leo_msgs_py.ending import BEGAN, Ended, say
 from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.model import Model
 
-SHOWN = 8
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.decide import Rule
+
+SHOWN, SETS_SHOWN = 8, 10
 SO_FAR = 'the best so far (complete: false)'
 HEADLINE = 200  # characters that a headline may take: two lines of a terminal
 
@@ -118,12 +121,6 @@ def _gains(row: dict) -> str:
     return f'{row["gain_train"]:.1f} / {row["gain_held_out"]:.1f}'
 
 
-if TYPE_CHECKING:
-    from leo_diffmodel.explain.decide import Rule
-
-SETS_SHOWN = 10
-
-
 def show_why(rules: Sequence[Rule], answer: Mapping[str, Any], to: str = '') -> None:
     """Nothing where nothing was searched; `answer` is the contents of explain.json."""
     if not rules:
@@ -146,9 +143,8 @@ def _sets_table(answer: Mapping[str, Any]) -> Table:
     kind = Headline(errors['statistic'], errors['ladder'][0]['seconds'])
     units = [state['unit'] for state in errors['states']]
     table = Table('set of effects', 'held-out error', *figures('score [nats]'), 'ended')
-    table.title = (
-        f'sets that were fitted, best first ({min(SETS_SHOWN, len(sets))} of {len(sets)})'
-    )
+    counted = f'{min(SETS_SHOWN, len(sets))} of {len(sets)}'
+    table.title = f'sets that were fitted, best first ({counted})'
     table.caption = f'error: {kind.words}; ended: no step of the fit promised more'
     for row in sets[:SETS_SHOWN]:
         sizes = kind.by_unit({kind.statistic: row['error_held_out']}, units)

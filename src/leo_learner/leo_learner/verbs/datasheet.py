@@ -138,7 +138,7 @@ def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[
         data['provenance'] = provenance(recordings, model)
         data['seconds'] = time.monotonic() - began
     if folder:
-        from leo_diffmodel.datasheet.words import sheet_page
+        from leo_diffmodel.datasheet.page import sheet_page
 
         page, answer = sheet_page(data, found, recordings), json_text(data)
         write_together({folder / 'datasheet.json': answer, folder / 'datasheet.html': page})

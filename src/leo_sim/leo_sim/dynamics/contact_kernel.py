@@ -83,10 +83,8 @@ def advance(
         run(n, mass, longest, count, still, grip, work, used, impulses)
         for j in range(size):
             motion.q[n, j], motion.dq[n, j] = work.joint[row.Q, j], work.joint[row.DQ, j]
-            motion.offset[n, j], motion.speed[n, j] = (
-                work.joint[row.OFFSET, j],
-                work.joint[row.SPEED, j],
-            )
+            motion.offset[n, j] = work.joint[row.OFFSET, j]
+            motion.speed[n, j] = work.joint[row.SPEED, j]
 
 
 @compiled_without_gil
@@ -248,6 +246,5 @@ def pushed(t: float, h: float, held: int, work: Work, used: int) -> Any:
         if work.kind[r] == row.GAP:
             j = work.place[r]
             fall = joint[row.MOTOR_DRAG, j] * (joint[row.SPEED, j] - joint[row.MOTOR_AT, j])
-            joint[row.SPEED, j] += (h * (joint[row.MOTOR, j] - fall) - line[row.GIVEN, r]) * share(
-                h, work, j
-            )
+            left = h * (joint[row.MOTOR, j] - fall) - line[row.GIVEN, r]
+            joint[row.SPEED, j] += left * share(h, work, j)

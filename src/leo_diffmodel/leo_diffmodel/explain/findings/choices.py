@@ -56,7 +56,7 @@ def _counted(candidates: Iterable[Candidate], resamples: int) -> Counts:
 def others(found: Search, facts: Facts) -> tuple[Contender, ...]:
     """Sets that leave much less unexplained than the chosen one, and are not surely behind it.
 
-    The least first. Two measures then disagree: the chosen one saves more in all, they in most. A
+    Two measures then disagree: the chosen one saves more in all, the other in most windows. A
     set that shares effects with the chosen one must be as small, and supported itself. One that
     shares none may have one effect more: what is little for one effect is no reason against two.
     """
