@@ -137,6 +137,15 @@ def test_a_usb_cable_pulled_ends_the_node_with_one_line(robot, motor):
     drive(robot, motor, 1.0)
 
 
+def test_a_bus_cable_pulled_ends_the_node_and_the_servo_stops_itself(robots, motor):
+    robot = robots('/short', robot=motor.robot.folder, driver='dynamixel', port=motor.port)
+    drive(robot.ready(), motor, 2.0)
+    motor.set(bus_cable=False)
+    assert robot.ended() == 1
+    motor.wait_for(lambda volts: volts == 0.0)
+    assert '6 periods in a row failed' in robot.said()
+
+
 def test_lost_damaged_and_late_packets_are_counted_and_the_robot_goes_on(robot, motor):
     drive(robot, motor, 2.0)
     motor.set(lose=0.05, wrong_crc=0.05, cut=0.05, rubbish=0.1, late=0.02)
