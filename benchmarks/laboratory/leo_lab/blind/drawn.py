@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
-from itertools import combinations
+from collections.abc import Container, Iterable
+from itertools import chain, combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts, why_same
-from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate, widens
 from leo_lab.blind.open_loop import OpenLoop, Run, sized
 from leo_lab.blind.pushes import Push
 from leo_lab.blind.scenes import Effects
@@ -97,8 +97,19 @@ def one_of(
         chosen = places[rng.integers(len(places))]
         size, seed = log_uniform(rng, sizes), int(rng.integers(2**32))
         found = sized(run, first, others, chosen.effect.name, chosen.where, size, seed)
-        if found is not None:
+        narrower = (c for c in chain.from_iterable(pool.values()) if widens(chosen, c))
+        if found is not None and _wide(run, found[0], others, narrower):
             return found
+
+
+def _wide(run: Run, placed: Placed, others: Effects, narrower: Iterable[Candidate]) -> bool:
+    """Whether what a law does beyond narrower ones in it is no less than the least that is drawn.
+
+    Else nothing in the data tells it from these.
+    """
+    laws = list(narrower)
+    loop = OpenLoop(run, (*others, placed), others) if laws else None
+    return all(loop is not None and loop.beyond(placed, law) >= SIZES[0] for law in laws)
 
 
 def _differ(effects: Effects, run: Run) -> bool:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -11,10 +11,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from leo_diffmodel.compare.sizes import reach, torque_scale
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_lab.blind.scenes import Effects, Given, Path, Scene
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
-from leo_sim.effects import Placed
+from leo_sim.effects import place, Placed
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 from leo_sim.truth.drawing import of_size
@@ -26,6 +27,8 @@ ROUNDS, TOLERANCE = 6, 0.15
 LEFT, LEFT_OF_SIZE = 0.15, 0.7
 """Of a change, and of a size, that constants must leave when they are refitted."""
 REFITS, AWAY = 10, 1e6
+MOST_TIMES = 10.0
+"""How much more than in a wider law a parameter may be in a narrower one."""
 STILL = 0.3
 NUDGE = 0.01
 """Of the range of a constant: less is lost between the counts of a servo."""
@@ -154,14 +157,27 @@ class OpenLoop:
         low, high = np.array([c.uncertain for c in uncertain]).T
         paths, span = [c.path for c in uncertain], high - low
 
-        def rest(shares: Array) -> Array:
-            values = dict(zip(paths, (low + shares * span).tolist(), strict=True))
-            left = (change - self._by_values(values)) / np.sqrt(change.size)
-            return np.nan_to_num(left, nan=AWAY, posinf=AWAY, neginf=-AWAY)
+        def by(shares: Array) -> Array:
+            return self._by_values(
+                dict(zip(paths, (low + shares * span).tolist(), strict=True))
+            )
 
         start = (np.array([c.value for c in uncertain]) - low) / span
-        best = least_squares(rest, start, bounds=(0.0, 1.0), diff_step=NUDGE, max_nfev=REFITS)
-        return float(np.sqrt(2.0 * best.cost))
+        return _least(change, by, start, 1.0)
+
+    def beyond(self, placed: Placed, law: Candidate) -> float:
+        """Rms change at the end over the floor that no parameters of another law make.
+
+        They begin where those of the same name are: a law in which the other one is.
+        """
+        names = [p.name for p in law.parameters]
+        values = np.array([float(np.mean(placed.parameters[name])) for name in names])
+
+        def by(times: Array) -> Array:
+            found = dict(zip(names, (times * values).tolist(), strict=True))
+            return self._change(place(self.robot, law.effect.name, law.where, **found))[0]
+
+        return _least(self._change(placed)[0], by, np.ones(len(names)), MOST_TIMES)
 
     def _by_values(self, values: Mapping[str, float]) -> Array:
         """Change at the end in noise floors that other constants make, shape (W 2J,)."""
@@ -281,6 +297,17 @@ def _within(loop: OpenLoop, placed: Placed) -> bool:
 def _of_unit(placed: Placed, robot: Robot, unit: str) -> list[Any]:
     parameters = placed.effect.parameters_for(robot, placed.where)
     return [placed.parameters[p.name] for p in parameters if p.unit == unit]
+
+
+def _least(change: Array, by: Callable[[Array], Array], start: Array, most: float) -> float:
+    """Rms of a change that parameters between 0 and `most` leave of it at least."""
+
+    def rest(parameters: Array) -> Array:
+        left = (change - by(parameters)) / np.sqrt(change.size)
+        return np.nan_to_num(left, nan=AWAY, posinf=AWAY, neginf=-AWAY)
+
+    best = least_squares(rest, start, bounds=(0.0, most), diff_step=NUDGE, max_nfev=REFITS)
+    return float(np.sqrt(2.0 * best.cost))
 
 
 def _rms(change: Array) -> Array:
