@@ -158,9 +158,7 @@ class OpenLoop:
         paths, span = [c.path for c in uncertain], high - low
 
         def by(shares: Array) -> Array:
-            return self._by_values(
-                dict(zip(paths, (low + shares * span).tolist(), strict=True))
-            )
+            return self._by_values(dict(zip(paths, (low + shares * span).tolist(), strict=True)))
 
         start = (np.array([c.value for c in uncertain]) - low) / span
         return _least(change, by, start, 1.0)

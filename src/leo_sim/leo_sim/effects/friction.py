@@ -10,6 +10,9 @@ from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
 
+AT_REST = 1e-9
+"""rad/s: rounding leaves some 1e-17 of a joint that friction holds, of either sign."""
+
 
 class _Friction(Effect):
     family = 'friction'
@@ -184,7 +187,7 @@ class DirectionalLoadFriction(_DryUnderLoad):
         mu: float, mu_back: float, _: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
         """Torque at the joint, N m; of a joint at rest, against the motion that would begin."""
-        way = np.where(dq == 0.0, motor + load, dq)
+        way = np.where(np.abs(dq) < AT_REST, motor + load, dq)
         share = np.where(motor * way > 0.0, mu, mu_back)
         return -np.copysign(share * np.abs(motor - load), dq)
 
