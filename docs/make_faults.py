@@ -13,8 +13,7 @@ from make_effects import Curve, picture, written
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault
-from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.catalogue import Fault, FAULTS
 from leo_diffmodel.faults.found import Found
 from leo_diffmodel.outside.finding import ERROR
 from leo_lab.blind.spoil import spoil
@@ -52,7 +51,7 @@ LABEL = {'angle': 'angle', 'speed': 'speed', 'input': 'input', 'time': 'angle'}
 HEAD = """# The faults of a log
 
 What can be wrong with a log before anything is wrong with the robot, as the catalogue has it
-(`src/leo_diffmodel/leo_diffmodel/faults/catalogue`). Written by
+(`src/leo_diffmodel/leo_diffmodel/faults/catalogue.yaml`). Written by
 `python docs/make_faults.py`; a test holds it to the catalogue. Blue: as logged, dashed: as it
 was, over time.
 
@@ -120,7 +119,7 @@ def _entry(fault: Fault) -> Iterator[str]:
     yield f'## {fault.name}\n'
     yield f'![{fault.name}](faults/{fault.name}.svg)\n'
     yield f'`{fault.law}`\n'
-    yield f'{(type(fault).__doc__ or "").strip().splitlines()[0]}\n'
+    yield f'{fault.what}\n'
     yield '| | |\n|---|---|'
     yield f'| channel | {fault.channel}{" of all joints" if fault.whole_log else ""} |'
     yield f'| harmless | {_harmless(fault)} |'

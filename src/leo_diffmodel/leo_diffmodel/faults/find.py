@@ -8,12 +8,11 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording, Recordings
 from leo_diffmodel.compare.sizes import length_unit
-from leo_diffmodel.faults.catalogue.speed import unfiltered
 from leo_diffmodel.faults.dynamics import dynamic_faults
 from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.left_out import better, split
-from leo_diffmodel.faults.mending import mapped, without
+from leo_diffmodel.faults.mending import mapped, unfiltered, without
 from leo_diffmodel.faults.readings import who_is_right
 from leo_diffmodel.faults.sensors import sensor_faults
 from leo_diffmodel.faults.settings import LIMITS

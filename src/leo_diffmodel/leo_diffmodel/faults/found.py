@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
-from leo_diffmodel.faults.base import Fault, Patch
-from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.catalogue import Fault, FAULTS, Patch
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.finding import Finding
 from leo_sim.description.joint import sliding

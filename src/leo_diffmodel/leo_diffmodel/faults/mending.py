@@ -60,6 +60,17 @@ def without(recording: Recording, found: Sequence[Found]) -> Recording | None:
     return kept(recording, merged(spans, around), OUTSIDE.least_piece)
 
 
+def unfiltered(recording: Recording, joint: str, tau: float) -> Recording:
+    """A recording with the speed of one joint before its filter: the noise grows, not its sum."""
+    j = recording.joints.index(joint)
+    episodes = []
+    for e in recording.episodes:
+        dq = e.dq.copy()
+        dq[:, j] += tau * np.gradient(dq[:, j], e.t)
+        episodes.append(replace(e, dq=dq))
+    return replace(recording, episodes=tuple(episodes))
+
+
 def runs_of(recording: Recording) -> list[Run]:
     """Its episodes as what a bag is written from; speeds only where they were measured."""
     measured, sent = recording.rates == 'measured', INTERFACES.get(recording.input)
