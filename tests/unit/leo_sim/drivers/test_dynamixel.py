@@ -38,15 +38,17 @@ def most(unit):
 
 
 @pytest.fixture
-def leo():
-    rig = running(LEO, 13.8, 'hanging')
-    with driven(LEO, rig) as driver:
-        driver.read()
-        yield rig, driver
+def robot():
+    return LEO
 
 
 @pytest.fixture
-def servo(tmp_path):
+def rig():
+    return running(LEO, 13.8, 'hanging')
+
+
+@pytest.fixture
+def geared(tmp_path):
     figures = {'direction': -1, 'gear': 2, 'zero': 1000, 'low': -0.5, 'high': 0.5}
     robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', **figures)
     rig = running(robot, 7.4)
@@ -55,8 +57,7 @@ def servo(tmp_path):
         yield rig, driver
 
 
-def test_angles_are_the_robots_within_a_count(leo):
-    rig, driver = leo
+def test_angles_are_the_robots_within_a_count(rig, driver):
     rig.until(lambda: np.abs(rig.plant._state.dq).max() < 1e-6 or rig.plant.seconds > 5)
     found = driver.read()
     q, _ = rig.plant._model.sense(rig.plant._state)
@@ -65,8 +66,7 @@ def test_angles_are_the_robots_within_a_count(leo):
     assert 0 <= rig.computer.time_ns() - found.stamp_ns < 20e6
 
 
-def test_volts_are_on_the_motors_as_they_are_told_within_a_step_of_pwm(leo):
-    rig, driver = leo
+def test_volts_are_on_the_motors_as_they_are_told_within_a_step_of_pwm(rig, driver):
     asked = np.array([1.0, -2.0, 0.5, 3.0, -8.6, 100.0])
     applied = driver.write(asked)
     wanted = np.clip(asked, -8.6, 8.6)
@@ -77,8 +77,7 @@ def test_volts_are_on_the_motors_as_they_are_told_within_a_step_of_pwm(leo):
     driver.read()
 
 
-def test_a_command_is_stamped_when_its_last_byte_is_on_the_bus(leo):
-    rig, driver = leo
+def test_a_command_is_stamped_when_its_last_byte_is_on_the_bus(rig, driver):
     driver.write(np.zeros(6))  # arms watchdogs
     began = rig.computer.time_ns()
     stamp_ns = driver.write(np.zeros(6)).stamp_ns
@@ -87,8 +86,7 @@ def test_a_command_is_stamped_when_its_last_byte_is_on_the_bus(leo):
     assert stamp_ns == began + round(1e9 * seconds)
 
 
-def test_connecting_never_drives_a_motor(monkeypatch):
-    rig = running(LEO, 13.8, 'hanging')
+def test_connecting_never_drives_a_motor(rig, monkeypatch):
     seen, drive = [], rig.plant.drive
     monkeypatch.setattr(rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts.copy()))
     with driven(LEO, rig) as driver:
@@ -97,8 +95,8 @@ def test_connecting_never_drives_a_motor(monkeypatch):
     assert len(seen) > 10 and not np.nan_to_num(seen).any()
 
 
-def test_signs_zero_and_gear(servo):
-    rig, driver = servo
+def test_signs_zero_and_gear(geared):
+    rig, driver = geared
     driver.write(np.array([1.0]))
     rig.until(lambda: rig.plant.volts[0] > 0.9)
     rig.until(lambda: driver.read().position[0] > 0.05)
@@ -107,8 +105,8 @@ def test_signs_zero_and_gear(servo):
     assert rig.plant.servos['pivot'].get('goal_pwm') < 0
 
 
-def test_a_joint_past_its_limit_is_driven_back_only(servo):
-    rig, driver = servo
+def test_a_joint_past_its_limit_is_driven_back_only(geared):
+    rig, driver = geared
     driver.write(np.array([7.4]))
     rig.until(lambda: driver.read().position[0] > 0.5)
     assert driver.write(np.array([7.4])).values.tolist() == [0.0]
@@ -149,8 +147,7 @@ def test_torques_are_asked_for_as_currents(tmp_path):
         assert driver.readings().current[0] == pytest.approx(0.5 / 1.8, abs=0.003)
 
 
-def test_readings(leo):
-    rig, driver = leo
+def test_readings(rig, driver):
     rig.plant.servos['left_knee'].set('present_temperature', 61)
     driver.write(np.array([2.0, 0, 0, 0, 0, 0]))
     rig.until(lambda: driver.read() and abs(driver.readings().current[0]) > 0.05)
@@ -159,19 +156,18 @@ def test_readings(leo):
     assert 'usb latency timer ms' in driver.figures()
 
 
-def test_the_command_for_a_slow_adapter_is_of_its_device(tmp_path, monkeypatch):
+def test_the_command_for_a_slow_adapter_is_of_its_device(rig, tmp_path, monkeypatch):
     (tmp_path / 'by-id').symlink_to('/dev/ttyUSB7')
     monkeypatch.setattr(servo_driver, 'latency_timer', lambda path: 16)
-    given = options(LEO, running(LEO, 13.8, 'hanging'))
-    driver = load_driver('dynamixel', replace(given, port=str(tmp_path / 'by-id')))
+    given = replace(options(LEO, rig), port=str(tmp_path / 'by-id'))
+    driver = load_driver('dynamixel', given)
     driver.connect()
     (said,) = driver.findings().differs
     assert said.endswith('sudo tee /sys/bus/usb-serial/devices/ttyUSB7/latency_timer')
     driver.stop()
 
 
-def test_halt_does_not_wait_for_a_read_that_hangs(leo):
-    rig, driver = leo
+def test_halt_does_not_wait_for_a_read_that_hangs(rig, driver):
     driver.write(np.full(6, 2.0))
     rig.until(lambda: np.nanmax(rig.plant.volts) > 1.9)
     assert driver._rest == driver._bus.packet('goal_pwm', dict.fromkeys(range(1, 7), 0))
@@ -181,16 +177,14 @@ def test_halt_does_not_wait_for_a_read_that_hangs(leo):
     driver.read()
 
 
-def test_stop_twice_leaves_zero_volts_on_motors_that_are_on(leo):
-    rig, driver = leo
+def test_stop_twice_leaves_zero_volts_on_motors_that_are_on(rig, driver):
     driver.write(np.full(6, 2.0))
     driver.stop()
     driver.stop()
     rig.until(lambda: (rig.plant.volts == 0.0).all(), 'free or driven')
 
 
-def test_torque_off_frees_and_on_begins_at_zero(leo):
-    rig, driver = leo
+def test_torque_off_frees_and_on_begins_at_zero(rig, driver):
     driver.write(np.full(6, 2.0))
     driver.set_torque(False)
     rig.until(lambda: np.isnan(rig.plant.volts).all())
@@ -200,8 +194,7 @@ def test_torque_off_frees_and_on_begins_at_zero(leo):
     rig.until(lambda: (rig.plant.volts == 0.0).all())
 
 
-def test_a_reset_is_possible_where_somebody_has_put_the_robot_up(leo):
-    rig, driver = leo
+def test_a_reset_is_possible_where_somebody_has_put_the_robot_up(rig, driver):
     driver.read()
     with pytest.raises(NotPossible, match=r'by hand: right_knee is 1\.\d+ off'):
         driver.reset()
@@ -213,8 +206,7 @@ def test_a_reset_is_possible_where_somebody_has_put_the_robot_up(leo):
         load_driver('dynamixel', DriverOptions(LEO, start='nominale'))
 
 
-def test_a_lost_packet_is_a_fault_that_passes_and_a_silent_servo_is_named(leo):
-    rig, driver = leo
+def test_a_lost_packet_is_a_fault_that_passes_and_a_silent_servo_is_named(rig, driver):
     rig._line.trouble.lose = 1.0
     with pytest.raises(TransientFault, match=r'servo \d \(\w+\): There is no status packet'):
         driver.read()
@@ -225,8 +217,7 @@ def test_a_lost_packet_is_a_fault_that_passes_and_a_silent_servo_is_named(leo):
         driver._bus.sync_read([3], 'present_pwm', 'present_temperature')
 
 
-def test_an_answer_of_an_earlier_reading_is_refused(leo):
-    _, driver = leo
+def test_an_answer_of_an_earlier_reading_is_refused(driver):
     servo, (tick, sent) = next(iter(driver._ticks.items()))
     driver._ticks[servo] = tick, sent - 60.0
     with pytest.raises(TransientFault, match='answered late'):
@@ -235,8 +226,7 @@ def test_an_answer_of_an_earlier_reading_is_refused(leo):
 
 
 @pytest.mark.parametrize('stale', [status(1, 0, bytes(28)), status(8, 0, b'\1')])
-def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatch, stale):
-    rig, driver = leo
+def test_an_answer_to_another_question_is_not_taken_for_this_one(rig, driver, monkeypatch, stale):
     answer, left = rig.bus.answer, [encoded(stale)]
     monkeypatch.setattr(
         rig.bus,
@@ -251,8 +241,7 @@ def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatc
     assert not left
 
 
-def test_a_supply_out_of_range_is_told_and_the_robot_goes_on(leo):
-    rig, driver = leo
+def test_a_supply_out_of_range_is_told_and_the_robot_goes_on(rig, driver):
     rig.plant.open_circuit = 9.0
     rig.until(lambda: driver.read() and any(driver.readings().condition))
     assert driver.readings().condition[0] == 'the supply is out of its range'
@@ -260,8 +249,9 @@ def test_a_supply_out_of_range_is_told_and_the_robot_goes_on(leo):
 
 
 @pytest.mark.parametrize('emulated', [True, False])
-def test_an_emulated_servo_may_hear_late_and_a_real_one_hears_at_once(leo, monkeypatch, emulated):
-    rig, driver = leo
+def test_an_emulated_servo_may_hear_late_a_real_one_hears_at_once(
+    rig, driver, monkeypatch, emulated
+):
     monkeypatch.setattr(type(driver._bus), 'is_emulated', emulated)
 
     class Ticks:
@@ -280,8 +270,7 @@ def test_an_emulated_servo_may_hear_late_and_a_real_one_hears_at_once(leo, monke
         read(began + 0.03, 30)
 
 
-def test_the_servos_stop_by_themselves_when_no_packet_comes(leo):
-    rig, driver = leo
+def test_the_servos_stop_by_themselves_when_no_packet_comes(rig, driver):
     driver.write(np.full(6, 2.0))
     rig.until(lambda: (rig.plant.volts > 1.9).all(), 'not driven')
     rig.until(lambda: (rig.plant.volts == 0.0).all(), 'still driven')
@@ -318,8 +307,8 @@ def refused(options, said):
     assert '\n' not in str(raised.value)
 
 
-def test_what_is_wrong_with_the_connection_is_one_line():
-    pendulum, rig = load_robot('servo_pendulum'), running(LEO, 13.8, 'hanging')
+def test_what_is_wrong_with_the_connection_is_one_line(rig):
+    pendulum = load_robot('servo_pendulum')
     refused(
         DriverOptions(pendulum, port='/dev/ttyNOTHING'),
         'cannot open /dev/ttyNOTHING: there is no such port',

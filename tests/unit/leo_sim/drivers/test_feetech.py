@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from tests.drivers.bus import driven, robot_with_servo, running
+from tests.drivers.bus import robot_with_servo
 from tests.places import ROOT
 
 from leo_msgs_py.errors import UserError
@@ -24,8 +24,7 @@ from leo_sim.drivers.servo_bus.feetech import FRAMING
 from leo_sim.drivers.servo_bus.line import BROADCAST, Packet, Reader
 from leo_sim.drivers.servo_joints import JointUnits
 
-SUPPLY = 7.4
-STEP = SUPPLY / 1000
+STEP = 7.4 / 1000  # of the supply
 R = registers('feetech')
 
 KILLED = """\
@@ -49,14 +48,6 @@ def robot(tmp_path):
     return robot_with_servo(tmp_path, 'servo_pendulum', 'STS3215', 'feetech', **figures)
 
 
-@pytest.fixture
-def servo(robot):
-    rig = running(robot, SUPPLY)
-    with driven(robot, rig) as driver:
-        driver.read()
-        yield rig, driver
-
-
 @pytest.mark.parametrize('name', ['goal_pwm', 'present_velocity', 'homing_offset'])
 @given(st.data())
 def test_a_sign_is_a_bit(name, data):
@@ -72,8 +63,7 @@ def test_models_are_known_by_family():
     assert {m.name: m.number for m in models} == {'STS3215': 777, 'STS3250': 2825}
 
 
-def test_volts_are_on_the_motor_as_they_are_told(servo):
-    rig, driver = servo
+def test_volts_are_on_the_motor_as_they_are_told(rig, driver):
     for volts in (1.0, -2.5, 50.0, 0.0):
         applied = driver.write(np.array([volts]))
         limit = driver.info.limits[0]
@@ -94,8 +84,8 @@ def test_an_angle_goes_on_where_counts_begin_anew(robot):
     assert angles[0] == 0.0
 
 
-def test_a_kept_register_is_unlocked_and_locked_again(servo):
-    rig, _ = servo
+@pytest.mark.usefixtures('driver')
+def test_a_kept_register_is_unlocked_and_locked_again(rig):
     memory = rig.plant.servos['pivot']
     assert memory.get('operating_mode') == 2 and memory.get('lock') == 1
     memory.write(R['operating_mode'].address, b'\x00')

@@ -32,14 +32,6 @@ def robot(request, tmp_path):
     return robot_with_servo(tmp_path, 'xl330_pendulum', model, request.param, **figures)
 
 
-@pytest.fixture
-def servo(robot):
-    rig = running(robot, SUPPLY)
-    with driven(robot, rig) as driver:
-        driver.read()
-        yield rig, driver
-
-
 def memory(rig):
     return rig.plant.servos['pivot']
 
@@ -58,8 +50,7 @@ def wait_until_free(rig):
     rig.until(lambda: np.isnan(rig.plant.volts[0]), 'not free')
 
 
-def test_goals_are_in_the_servo_within_half_a_count_and_in_range(servo):
-    rig, driver = servo
+def test_goals_are_in_the_servo_within_half_a_count_and_in_range(rig, driver):
     assert driver.info.goals.tolist() == [[-1.2], [0.9]]
     for goal in (0.3, -0.7, 50.0, -50.0):
         applied = write(driver, goal)
@@ -73,9 +64,8 @@ def test_goals_are_in_the_servo_within_half_a_count_and_in_range(servo):
 
 
 def test_connecting_leaves_the_motor_free_and_torque_comes_on_where_the_joint_is(
-    robot, monkeypatch
+    robot, rig, monkeypatch
 ):
-    rig = running(robot, SUPPLY)
     seen, drive = [], rig.plant.drive
     monkeypatch.setattr(rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts[0]))
     memory(rig).set('goal_position', 300)  # of before, far away
@@ -121,8 +111,7 @@ def test_no_goal_leaves_its_bounds_by_rounding(wanted, zero):
     assert np.abs(found - np.clip(wanted, *ARM.bounds)).max() <= COUNT
 
 
-def test_halt_frees_while_a_read_hangs(servo, monkeypatch):
-    rig, driver = servo
+def test_halt_frees_while_a_read_hangs(rig, driver, monkeypatch):
     wait_for_goal(rig, write(driver, 0.5).values[0])
     asked, go_on = Event(), Event()
 
@@ -149,8 +138,7 @@ def test_halt_frees_while_a_read_hangs(servo, monkeypatch):
         reading.join()
 
 
-def test_free_and_on_again_begins_where_the_joint_is_then(servo):
-    rig, driver = servo
+def test_free_and_on_again_begins_where_the_joint_is_then(rig, driver):
     rig.until(lambda: write(driver, 0.9) and driver.read().position[0] > 0.2)
     driver.set_torque(False)
     wait_until_free(rig)
@@ -163,16 +151,14 @@ def test_free_and_on_again_begins_where_the_joint_is_then(servo):
     wait_until_free(rig)
 
 
-def test_stop_twice_frees(servo):
-    rig, driver = servo
+def test_stop_twice_frees(rig, driver):
     wait_for_goal(rig, write(driver, 0.5).values[0])
     driver.stop()
     driver.stop()
     wait_until_free(rig)
 
 
-def test_a_goal_that_got_lost_is_noticed_at_the_next_reading(servo, monkeypatch):
-    _, driver = servo
+def test_a_goal_that_got_lost_is_noticed_at_the_next_reading(driver, monkeypatch):
     write(driver, 0.1)
     with monkeypatch.context() as lost:
         lost.setattr(driver._bus, 'send', lambda data: None)
@@ -192,8 +178,7 @@ def test_a_goal_that_got_lost_is_noticed_at_the_next_reading(servo, monkeypatch)
         (lambda servo: servo.fail(0x04), 'let go: too hot; it is free'),
     ],
 )
-def test_a_servo_that_lets_go_ends_the_run(servo, break_it, said):
-    rig, driver = servo
+def test_a_servo_that_lets_go_ends_the_run(rig, driver, break_it, said):
     wait_for_goal(rig, write(driver, 0.8).values[0])
     rig.order(lambda: break_it(memory(rig)))
     with pytest.raises(DriverFault, match=said) as raised:
@@ -201,9 +186,8 @@ def test_a_servo_that_lets_go_ends_the_run(servo, break_it, said):
     assert not isinstance(raised.value, TransientFault)
 
 
-def test_a_driver_that_is_gone_leaves_a_servo_that_holds(servo):
+def test_a_driver_that_is_gone_leaves_a_servo_that_holds(rig, driver):
     """Feetech's hold the last goal; Dynamixel's stop where they are when the watchdog expires."""
-    rig, driver = servo
     goal = write(driver, 0.5).values[0]
     wait_for_goal(rig, goal)
     rig.until(lambda: rig.computer.monotonic() > 5.0)
@@ -216,8 +200,7 @@ def test_a_driver_that_is_gone_leaves_a_servo_that_holds(servo):
         assert at.write(116, (0).to_bytes(4, 'little')) == 4, 'takes goals'
 
 
-def test_a_motor_that_was_free_begins_where_it_is_and_follows_from_the_next_goal_on(servo):
-    rig, driver = servo
+def test_a_motor_that_was_free_begins_where_it_is_and_follows_from_the_next_goal_on(rig, driver):
     rig.until(lambda: write(driver, 0.9) and driver.read().position[0] > 0.3)
     driver.set_torque(False)
     driver.set_torque(True)
@@ -231,8 +214,7 @@ def test_a_motor_that_was_free_begins_where_it_is_and_follows_from_the_next_goal
     wait_for_goal(rig, write(driver, 0.5).values[0])
 
 
-def test_what_a_servo_is_set_to_is_said_and_where_all_is_the_models_nothing_more(robot):
-    rig = running(robot, SUPPLY)
+def test_what_a_servo_is_set_to_is_said_and_where_all_is_the_models_nothing_more(robot, rig):
     if robot.driver.family == 'feetech':
         memory(rig).set('max_torque_limit', 750)
     with driven(robot, rig) as driver:
@@ -248,9 +230,8 @@ def test_what_a_servo_is_set_to_is_said_and_where_all_is_the_models_nothing_more
     assert more[robot.driver.family] in said
 
 
-def test_what_of_a_servo_is_not_as_the_model_says_is_a_line_each(robot):
+def test_what_of_a_servo_is_not_as_the_model_says_is_a_line_each(robot, rig):
     rated = robot.constants['actuators.pivot.position_gain'].value
-    rig = running(robot, SUPPLY)
     right = memory(rig).get('position_p_gain')
     feetech = robot.driver.family == 'feetech'
     changes = {'position_p_gain': 2 * right, 'position_i_gain': 3, 'pwm_limit': 500}
