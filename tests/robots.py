@@ -1,9 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Robots in folders of their own: of two texts, or like another but for what its files say."""
+"""The robots of the tests, and robots like another but for what their files say."""
 
 from pathlib import Path
 
+from tests.places import DATA
+
 from leo_sim.description.robot import load_robot, Robot
+
+CART = load_robot(DATA / 'cart')  # that a motor pushes along a level rail: its joint slides
+CART_POLE = load_robot(DATA / 'cart_pole')  # the same with a pole that hangs from it
+FLYWHEEL = load_robot(DATA / 'flywheel')  # a motor with a wheel, whose mass lies on the axis
+ARM = load_robot(DATA / 'arm')  # three joints in space, the one in the middle slides
+BALL = load_robot(DATA / 'ball')  # 3 kg on a sphere over the ground
+SLIDES = (DATA / 'slides.urdf').read_text()  # two fingers that slide apart, one mimics the other
+CLAW = (DATA / 'claw.urdf').read_text()
+"""A thumb, a finger that goes the other way, its tip that bends half as far, a wheel on it."""
 
 
 def made(folder: Path, urdf: str, figures: str) -> Robot:

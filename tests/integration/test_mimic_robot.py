@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.gripper import CLAW
+from tests.robots import CLAW
 from tests.simulate import bag, record
 
 from leo_diffmodel.explain.explanation import explain

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.cart import cart
+from tests.robots import CART
 from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -105,7 +105,6 @@ def test_compare_goes_on_without_them(tmp_path, capsys):
     assert len(told) == 2 and all('which no robot has' in line for line in told)
 
 
-def test_what_pushes_a_slide_is_told_in_its_units(tmp_path):
-    robot = cart(tmp_path)
-    units = {of: [c.unit for c in input_channels(robot, of)] for of in ('torque', 'position')}
+def test_what_pushes_a_slide_is_told_in_its_units():
+    units = {of: [c.unit for c in input_channels(CART, of)] for of in ('torque', 'position')}
     assert units == {'torque': ['N'], 'position': ['m']}

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.flywheel import flywheel
 from tests.lerobot_data import write_lerobot
+from tests.robots import FLYWHEEL
 from tests.simulate import of_robot, PENDULUM, POSITION
 
 from leo_diffmodel.bags.importing.column_map import ColumnMap
@@ -132,12 +132,12 @@ def test_radians_are_radians(robot):
     assert [f.severity for f in angle_units(said, LIMITED)] == ['error'], 'limits contradict it'
 
 
-def test_a_wheel_turns_as_often_and_as_fast_as_its_log_and_its_motor_say(tmp_path):
+def test_a_wheel_turns_as_often_and_as_fast_as_its_log_and_its_motor_say():
     def turned(q: np.ndarray, **metadata: str) -> Recording:
         return replace(recorded(q, t, t, **metadata), joints=('shaft',), actuators=('shaft',))
 
     t = FRAMES / 100
-    wheel = flywheel(tmp_path)  # 300 rad/s without load
+    wheel = FLYWHEEL  # 300 rad/s without load
     assert angle_units(turned(134 * t), wheel) == []
     found = only(angle_units(turned(400 * t), wheel))
     assert found.severity == 'error' and 'unit: rad' in found.todo

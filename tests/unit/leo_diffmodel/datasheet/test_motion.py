@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.cart import cart
+from tests.robots import CART
 
 from leo_diffmodel.datasheet.motion import LEVEL, motion
 from leo_diffmodel.next_run.dry_run import dry_run
@@ -49,8 +49,8 @@ def test_torques_are_so_small_that_the_joint_keeps_off_its_stops():
     assert 0.05 < np.abs(run.inputs).max() / robot.limits[0] < LEVEL
 
 
-def test_what_runs_into_a_stop_however_small_the_motion_is_said(tmp_path):
-    model = Model(cart(tmp_path), engine='rigid')
+def test_what_runs_into_a_stop_however_small_the_motion_is_said():
+    model = Model(CART, engine='rigid')
     run = motion(model, 'rail')
     assert run.about.endswith(dry_run(run, model).hits[0])
     assert np.abs(run.inputs).max() == pytest.approx(LEVEL * 20.0, rel=0.01)

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.cart import cart
+from tests.robots import CART
 from tests.searched import searched
 from tests.simulate import record, steps
 import yaml
@@ -25,23 +25,22 @@ HIDDEN = {
 
 
 @pytest.mark.parametrize('name', HIDDEN)
-def test_it_is_named_with_its_size_and_unit(name, tmp_path):
-    robot, (values, units) = cart(tmp_path), HIDDEN[name]
-    data = record(robot, place(robot, name, 'rail', **values), seconds=8)
-    found = searched([data], Model(robot))
+def test_it_is_named_with_its_size_and_unit(name):
+    values, units = HIDDEN[name]
+    data = record(CART, place(CART, name, 'rail', **values), seconds=8)
+    found = searched([data], Model(CART))
     (top,) = found.chosen.names
     assert (top.label, [p.unit for p in top.parameters]) == (f'{name}:rail', units)
     assert found.final.theta == pytest.approx(list(values.values()), rel=0.15)
 
 
-def test_a_ripple_has_any_wave_length_of_which_a_period_is_in_the_data(tmp_path):
-    robot = cart(tmp_path)
+def test_a_ripple_has_any_wave_length_of_which_a_period_is_in_the_data():
     effects = [
-        place(robot, 'torque_ripple', 'rail', a=1.5, n=21.0, phase=0.4),
-        place(robot, 'viscous_friction', 'rail', b=6.0),
+        place(CART, 'torque_ripple', 'rail', a=1.5, n=21.0, phase=0.4),
+        place(CART, 'viscous_friction', 'rail', b=6.0),
     ]
-    inputs = 3 * np.sin(0.007 * np.arange(1500))[:, None] + 0.6 * steps(robot, 15, 3)
-    found = searched([record(robot, *effects, inputs=inputs, seed=8)], Model(robot))
+    inputs = 3 * np.sin(0.007 * np.arange(1500))[:, None] + 0.6 * steps(CART, 15, 3)
+    found = searched([record(CART, *effects, inputs=inputs, seed=8)], Model(CART))
     assert {c.label for c in found.chosen.names} == {'torque_ripple:rail', 'viscous_friction:rail'}
     ripple = next(c for c in found.chosen.names if c.effect.name == 'torque_ripple')
     assert found.final.own(ripple)[:2] == pytest.approx([1.5, 21.0], rel=0.1)
@@ -50,8 +49,8 @@ def test_a_ripple_has_any_wave_length_of_which_a_period_is_in_the_data(tmp_path)
     assert min(waves) * sizes.length == pytest.approx(2 * np.pi)
 
 
-def test_limits_are_those_of_a_slide(tmp_path):
-    model = Model(cart(tmp_path))
+def test_limits_are_those_of_a_slide():
+    model = Model(CART)
     most = {
         (c.effect.name, p.name): (p.high, p.unit)
         for c in candidates(model)
@@ -68,12 +67,11 @@ def written(folder, unit):
     parameters = {'b': {'value': 2.0, 'unit': unit}}
     effect = {'name': 'viscous_friction', 'where': 'rail', 'parameters': parameters}
     file = folder / 'model.yaml'
-    file.write_text(yaml.safe_dump({'robot': str(folder), 'effects': [effect]}))
+    file.write_text(yaml.safe_dump({'robot': str(CART.folder), 'effects': [effect]}))
     return file
 
 
 def test_files_with_units_of_turning_stay_readable(tmp_path):
-    cart(tmp_path)
     for unit in ('N s/m', 'N m s/rad'):
         (placed,) = load_model(written(tmp_path, unit)).effects
         assert (placed.parameters['b'], placed.units['b']) == (2.0, 'N s/m')

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.cart import cart
+from tests.robots import CART
 from tests.simulate import PENDULUM, POSITION, record, steps, TORQUE
 import yaml
 
@@ -74,10 +74,9 @@ def test_a_fault_is_found_first_with_its_size_and_the_line_that_mends_it(clean, 
 @pytest.mark.parametrize(
     ('name', 'size', 'unit'), [('speed_zero', 0.8, 'm/s'), ('quantised', 0.15, 'm')]
 )
-def test_a_fault_of_a_slide_has_units_of_sliding(tmp_path, name, size, unit):
-    robot = cart(tmp_path)
-    log = spoilt(record(robot, seconds=20, noise=(1e-4, 1e-3)), name, size)
-    [fault] = [f for f in found(log, robot) if f.code == name]
+def test_a_fault_of_a_slide_has_units_of_sliding(name, size, unit):
+    log = spoilt(record(CART, seconds=20, noise=(1e-4, 1e-3)), name, size)
+    [fault] = [f for f in found(log, CART) if f.code == name]
     assert fault.to_json()['unit'] == unit
     assert f' {unit} ' in f'{fault.what} ' and 'rad' not in fault.what
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.gripper import SLIDES
+from tests.robots import SLIDES
 from tests.simulate import DT, PENDULUM, record, steps
 
 from leo_diffmodel.explain.problem.candidates import candidates

@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.flywheel import flywheel
 from tests.hand import carried, led, SECONDS, shove, spoilt
 from tests.models import stepped
+from tests.robots import FLYWHEEL
 from tests.simulate import bag, DT, NOISE, of_robot, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.cut import cut_bag
@@ -83,9 +83,9 @@ def test_a_hand_is_found_though_the_motor_carries_more_than_the_weight(seed):
 
 
 @pytest.mark.parametrize('stronger', [1.0, 4.0, 10.0])
-def test_a_motor_that_explains_the_motion_is_no_hand_however_strong_it_is(tmp_path, stronger):
+def test_a_motor_that_explains_the_motion_is_no_hand_however_strong_it_is(stronger):
     """Dry friction and the motor's strength are unknown; the voltage is steps and their sign."""
-    robot, t = flywheel(tmp_path), DT * np.arange(round(SECONDS / DT))
+    robot, t = FLYWHEEL, DT * np.arange(round(SECONDS / DT))
     inputs = 6 * np.sign(np.sin(1.3 * t)) * (0.4 + 0.6 * np.sin(0.2 * t) ** 2)
     wrong = (
         place(robot, 'torque_scale', 'shaft', k=stronger),

@@ -4,7 +4,7 @@
 import re
 
 import pytest
-from tests.cart import cart, cart_pole
+from tests.robots import CART, CART_POLE
 from tests.simulate import record, steps
 
 from leo_diffmodel.check.check import Bag, check
@@ -21,15 +21,13 @@ def said(result, capsys) -> str:
 
 
 @pytest.fixture(scope='module')
-def both(tmp_path_factory):
-    robot = cart_pole(tmp_path_factory.mktemp('cart_pole'))
-    run = record(robot, seconds=10, noise=FINE, inputs=steps(robot, 10, 5))
-    return check([Bag(run)], Model(robot))
+def both():
+    run = record(CART_POLE, seconds=10, noise=FINE, inputs=steps(CART_POLE, 10, 5))
+    return check([Bag(run)], Model(CART_POLE))
 
 
-def test_a_robot_that_only_slides_has_no_angles_and_no_torques(tmp_path, capsys):
-    robot = cart(tmp_path)
-    text = said(check([Bag(record(robot, seconds=10, noise=FINE))], Model(robot)), capsys)
+def test_a_robot_that_only_slides_has_no_angles_and_no_torques(capsys):
+    text = said(check([Bag(record(CART, seconds=10, noise=FINE))], Model(CART)), capsys)
     assert re.search(r'rail: noise \S+ m and \S+ m/s rms', text) and 'position [m]' in text
     assert not re.search(r'\brad\b|\bN m\b|\bangle\b', text)
 

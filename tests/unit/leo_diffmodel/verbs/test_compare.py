@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 import pytest
-from tests.cart import cart, cart_pole
 from tests.page import read
+from tests.robots import CART, CART_POLE
 from tests.simulate import bag, PENDULUM, record, steps
 
 from leo_diffmodel.verbs.compare import main
@@ -46,10 +46,9 @@ def test_a_person_sees_where_it_fails(rubbing, capsys):
 
 
 def test_a_joint_that_slides_lacks_a_force(tmp_path, capsys):
-    robot = cart(tmp_path)
-    rubs = place(robot, 'viscous_friction', 'rail', b=5.0)
-    path = bag(tmp_path / 'rubbing', record(robot, rubs, seconds=20, noise=(1e-4, 1e-3)))
-    assert main([str(path), '--model', str(tmp_path)]) == 0
+    rubs = place(CART, 'viscous_friction', 'rail', b=5.0)
+    path = bag(tmp_path / 'rubbing', record(CART, rubs, seconds=20, noise=(1e-4, 1e-3)))
+    assert main([str(path), '--model', str(CART.folder)]) == 0
     text = capsys.readouterr().out
     assert re.search(r'[0-9] N ', text) and not re.search(r'N m\b', text)
 
@@ -57,16 +56,15 @@ def test_a_joint_that_slides_lacks_a_force(tmp_path, capsys):
 @pytest.fixture(scope='module')
 def both(tmp_path_factory):
     """A robot with a slide and a hinge, and a bag of it in which both rub."""
-    folder = tmp_path_factory.mktemp('cart_pole')
-    robot = cart_pole(folder)
+    robot = CART_POLE
     rubs = [place(robot, 'viscous_friction', j, b=b) for j, b in (('rail', 5), ('hinge', 0.02))]
     run = record(robot, *rubs, seconds=20, noise=(1e-4, 1e-3), inputs=steps(robot, 20, 5))
-    return folder, bag(folder / 'rubbing', run)
+    return robot.folder, bag(tmp_path_factory.mktemp('cart_pole') / 'rubbing', run)
 
 
 def test_models_of_hinges_and_slides_are_ranked_in_80_columns(both, capsys):
     folder, path = both
-    repaired = folder / 'repaired.yaml'
+    repaired = path.with_name('repaired.yaml')
     repaired.write_text(
         f'robot: {folder}\neffects: [{{name: viscous_friction, where: rail, '
         'parameters: {b: {value: 5, unit: N s/m}}}]\n'

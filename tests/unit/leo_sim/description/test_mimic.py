@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.gripper import CLAW, SLIDES
+from tests.robots import CLAW, SLIDES
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.joint import columns

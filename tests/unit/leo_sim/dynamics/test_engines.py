@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.arm import URDF
+from tests import robots
 from tests.models import modelled, stepped
 
 from leo_msgs_py.errors import UserError
@@ -37,7 +37,7 @@ BRACKET = """<joint name="bracket" type="fixed">
     <inertia ixx="0.001" iyy="0.001" izz="0.0015" ixy="0" ixz="0" iyz="0"/>
   </inertial></link>
 </robot>"""
-ARM = URDF.replace('"upper"/><child link="rail"', '"plate"/><child link="rail"')
+ARM = robots.ARM.urdf.replace('"upper"/><child link="rail"', '"plate"/><child link="rail"')
 ARM = ARM.replace('</robot>', BRACKET)
 
 

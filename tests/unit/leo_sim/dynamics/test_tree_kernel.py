@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.gripper import CLAW
+from tests.robots import CLAW
 
 from leo_sim.description.joint import columns
 from leo_sim.description.urdf import parse

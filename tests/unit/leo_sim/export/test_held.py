@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.gripper import SLIDES
 from tests.models import modelled
+from tests.robots import SLIDES
 
 from leo_sim.effects import place
 from leo_sim.export import needs

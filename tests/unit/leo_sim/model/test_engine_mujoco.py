@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from tests.models import modelled, stepped
-from tests.robots import made
+from tests.robots import BALL
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -15,37 +15,6 @@ from leo_sim.effects import place
 from leo_sim.model import Model, State
 
 LEO = load_robot('leo')
-PART = """<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/><axis xyz="{4}"/>
-</joint><link name="{3}"><inertial><mass value="{5}"/>
-<inertia ixx="{6}" iyy="{6}" izz="{6}" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
-PARTS = (
-    ('base_x', 'prismatic', 'world', 'slide_x', '1 0 0', 1e-6, 1e-9),
-    ('base_z', 'prismatic', 'slide_x', 'slide_z', '0 0 1', 1e-6, 1e-9),
-    ('pitch', 'continuous', 'slide_z', 'ball', '0 -1 0', 2, 1),
-    ('motor', 'continuous', 'ball', 'disc', '0 -1 0', 1, 1),
-)
-YAML = """
-name: ball
-base: planar
-input: torque
-control_period: 0.01
-integration_step: 0.001
-state_rate: 100
-episode_seconds: 1
-actuators: {motor: {limit: {value: 1, unit: N m}}}
-ground:
-  stiffness: {value: 25000, unit: N/m}
-  damping: {value: 250, unit: N s/m}
-  friction: {value: 10, unit: ''}
-contacts: {under: {link: ball, x: 0, z: 0, radius: 0.1}}
-start_poses: {nominal: {angles: {base_z: 0.1}}}
-"""
-
-
-def ball(tmp_path):
-    """3 kg on a sphere over the ground."""
-    parts = ''.join(PART.format(*part) for part in PARTS)
-    return made(tmp_path, f'<robot name="ball"><link name="world"/>{parts}</robot>', YAML)
 
 
 def run(model, state, inputs, dt):
@@ -60,8 +29,8 @@ def airborne(rng):
     return State(np.concatenate([[0, 1], q]), rng.normal(0, 3, 9))
 
 
-def test_the_ground_is_a_spring_and_a_damper(tmp_path):
-    model = Model(ball(tmp_path), engine='mujoco', integration_step=1e-4)
+def test_the_ground_is_a_spring_and_a_damper():
+    model = Model(BALL, engine='mujoco', integration_step=1e-4)
     start = State(np.array([0, 0.1, 0, 0.0]), np.array([0, -0.2, 0, 0]))
     states = run(model, start, np.zeros((40, 1)), 0.002)
     heights = [s.q[1] - 0.1 for s in states]

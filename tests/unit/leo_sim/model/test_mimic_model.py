@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.gripper import CLAW, SLIDES
 from tests.models import stepped
+from tests.robots import CLAW, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError

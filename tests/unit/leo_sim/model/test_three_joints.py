@@ -3,9 +3,8 @@
 
 import numpy as np
 import pytest
-from tests.arm import URDF
 from tests.models import modelled, stepped
-from tests.robots import made
+from tests.robots import ARM
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -13,24 +12,6 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
-YAML = """
-name: arm
-input: voltage
-control_period: 0.02
-integration_step: 0.001
-state_rate: 100
-episode_seconds: 5
-actuators:
-  wrist: &motor
-    torque_constant: {value: 0.5, unit: N m/A}
-    resistance: {value: 4, unit: ohm}
-    limit: {value: 8, unit: V}
-    supply: {value: 12, unit: V}
-    rotor_inertia: {value: 0.001, unit: kg m2}
-  yaw: *motor
-start_poses:
-  nominal: {}
-"""
 EFFECTS = {
     'nothing': [],
     'subsets': [
@@ -62,9 +43,9 @@ EFFECTS = {
 }
 
 
-@pytest.fixture(scope='module')
-def robot(tmp_path_factory):
-    return made(tmp_path_factory.mktemp('arm'), URDF, YAML)
+@pytest.fixture
+def robot():
+    return ARM
 
 
 @pytest.mark.parametrize('name', EFFECTS)

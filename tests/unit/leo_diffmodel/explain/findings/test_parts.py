@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.cart import cart
+from tests.robots import CART
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.windows import cut
@@ -60,9 +60,8 @@ def test_only_joints_where_the_effects_act_are_shown():
     assert joints('coulomb_friction:all') == ['shoulder', 'elbow']
 
 
-def test_a_slide_has_its_own_units(tmp_path):
-    robot = cart(tmp_path)
-    (each,) = shown(robot, [record(robot, seconds=3)], 'viscous_friction:rail')
+def test_a_slide_has_its_own_units():
+    (each,) = shown(CART, [record(CART, seconds=3)], 'viscous_friction:rail')
     assert (each.angle.unit, each.speed.unit, each.load.unit) == ('m', 'm/s', 'N')
 
 

@@ -3,12 +3,10 @@
 
 from dataclasses import replace
 import itertools
-from pathlib import Path
-import tempfile
 
 import numpy as np
 import pytest
-from tests.cart import cart
+from tests.robots import CART
 from tests.searched import among
 from tests.simulate import PENDULUM, POSITION, record, steps, TORQUE
 
@@ -27,7 +25,6 @@ from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 SERVO, ARM = load_robot('servo_pendulum'), load_robot('double_pendulum')
-CART = cart(Path(tempfile.mkdtemp()))
 CONSTANT = 'actuators.pivot.torque_constant'
 GAIN = 'actuators.pivot.position_gain'
 MOTOR = CONSTANT, 'actuators.pivot.resistance', 'actuators.pivot.rotor_inertia'

@@ -4,8 +4,8 @@
 from xml.etree import ElementTree
 
 import pytest
-from tests.gripper import CLAW, SLIDES
 from tests.places import DATA
+from tests.robots import CLAW, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError

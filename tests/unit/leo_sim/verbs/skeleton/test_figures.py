@@ -4,8 +4,8 @@
 import json
 
 import pytest
-from tests.gripper import SLIDES
 from tests.places import DATA
+from tests.robots import SLIDES
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot, named_robots

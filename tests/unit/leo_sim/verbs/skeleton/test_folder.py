@@ -7,8 +7,8 @@ import shlex
 
 import numpy as np
 import pytest
-from tests.gripper import SLIDES
 from tests.places import DATA
+from tests.robots import SLIDES
 
 from leo_msgs_py import console
 from leo_msgs_py.cli import main

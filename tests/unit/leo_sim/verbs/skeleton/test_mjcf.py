@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from tests.models import modelled
+from tests.places import DATA
 
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
@@ -16,48 +17,7 @@ from leo_sim.references.mjcf import written
 from leo_sim.verbs.skeleton.folder import make_folder
 
 mujoco = pytest.importorskip('mujoco')
-ARM = """
-<mujoco model="arm">
-  <compiler angle="degree"/>
-  <default><joint damping="0.05" armature="0.01"/></default>
-  <worldbody>
-    <body name="upper" pos="0 0 1" euler="0 90 20">
-      <joint name="shoulder" axis="0 1 0" pos="0.02 0 0.05" range="-170 170" limited="true"/>
-      <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02" mass="1"/>
-      <body name="fore" pos="0 0 -0.3" quat="0.9 0.1 0.3 0.1">
-        <joint name="elbow" axis="1 1 0" ref="10" frictionloss="0.02"/>
-        <joint name="turn" axis="0 0 1" pos="0 0.01 0" stiffness="0.3" springref="20"/>
-        <inertial mass="0.5" pos="0 0.02 -0.1" fullinertia="0.004 0.005 0.003 0.001 0 0.0005"/>
-        <body name="tool" pos="0 0 -0.2"><inertial mass="0.2" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/></body>
-      </body>
-    </body>
-  </worldbody>
-  <actuator>
-    <motor joint="shoulder" gear="2" ctrlrange="-3 3" ctrllimited="true"/>
-    <position joint="turn" kp="4" forcerange="-1.5 1.5" forcelimited="true"/>
-  </actuator>
-</mujoco>
-"""  # noqa: E501
-WALKER = """
-<mujoco model="walker"><worldbody><geom type="plane" size="1 1 1"/>
-  <body name="torso" pos="0 0 1">
-    <joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
-    <joint name="pitch" axis="0 1 0"/><geom type="sphere" size="0.1" mass="2"/>
-    <body name="leg"><joint name="hip" axis="0 1 0"/>
-      <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.03" mass="1"/></body>
-  </body></worldbody><actuator><motor joint="hip"/></actuator></mujoco>
-"""
-
-
-SERVOS = """
-<mujoco><compiler angle="radian"/><worldbody><body><joint name="shoulder" axis="0 1 0"/>
-  <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02"/><body pos="0 0 -0.3">
-    <joint name="elbow" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02"/>
-  </body></body></worldbody><actuator>
-  <position joint="shoulder" kp="4" kv="0.3" gear="2" forcerange="-1 1" ctrlrange="-2 2"/>
-  <general joint="elbow" biastype="affine" gainprm="5" biasprm="0 -5 -0.1" ctrlrange="-3 3"/>
-</actuator></mujoco>
-"""
+ARM, WALKER, SERVOS = ((DATA / f'{name}.xml').read_text() for name in ('arm', 'walker', 'servos'))
 
 
 def folder_of(text, tmp_path, kind='torque'):

@@ -2,7 +2,7 @@
 """Actuators of slides are written and printed in m and N, those of hinges in rad and N m."""
 
 import pytest
-from tests.gripper import CLAW, SLIDES
+from tests.robots import CLAW, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
