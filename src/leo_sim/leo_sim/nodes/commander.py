@@ -16,7 +16,7 @@ from leo_msgs_py.topics import Topic
 
 LOOKS = 5
 """A node that was killed is listed for so many seconds, one look each; it is no neighbour."""
-KEPT = 100  # messages of strangers that may come between two looks and displace no command
+KEPT = 20  # messages of strangers that may come between two looks and displace no command
 WINDOW = 1.0  # two senders that take turns twice within this time [s] both speak
 
 
