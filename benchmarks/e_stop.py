@@ -2,11 +2,16 @@
 """How long the e-stop of the live page takes to a robot, while the page's server is busy.
 
     python benchmarks/e_stop.py [--tries 30]
+    python benchmarks/e_stop.py --garbage [--tries 30]
 
 A browser (here a process that posts what the button posts) asks at random moments. A robot of
 another process notes when the request reached it. The page's one loop is idle, busy in Python, or
 held by C code that gives nobody a turn for 50 ms; at last it asks through the loop, as the button
 alone did before.
+
+With --garbage it is the service that is called, 200 malformed commands a second come beside good
+ones, and the motors of LEO (Dynamixel) and SO-101 (Feetech) on the emulated bus are looked at: a
+row says when they were at 0 V or free, and what stood at them at most (`servo_faults.py`).
 """
 
 from __future__ import annotations
@@ -32,6 +37,9 @@ from leo_msgs_py.node import graph, spin
 
 ORIGIN = 'http://localhost:5006'
 BUSY = 10.0
+GARBAGE_RATE = 200.0
+"""Malformed commands per second."""
+GARBAGE = 'NaN', 'infinities', 'one NaN of six', 'wrong length', 'malformed bytes', '1e308'
 
 
 def robot() -> None:
@@ -107,15 +115,54 @@ def through_the_loop(peer: subprocess.Popen, robot: object, loop: object) -> Non
     print(f'through the loop, 1 try: at the robot after {took:.1f} s')
 
 
+def stranger(interface: str) -> None:
+    """Send malformed commands until killed."""
+    from hostile_servos import KINDS
+
+    with graph(['--ros-args', '--log-level', 'fatal']):
+        kind, name, _ = topics.COMMANDS[interface]
+        publisher = Node('stranger').create_publisher(kind, name, 10)
+        for sent in GARBAGE * 10**6:
+            publisher.publish(KINDS[sent]())
+            time.sleep(1.0 / GARBAGE_RATE)
+
+
+def beside_garbage(tries: int) -> None:
+    """A row for each bus."""
+    import servo_faults
+
+    for robot, start, made in (
+        ('leo', 'hanging', servo_faults.Bench),
+        ('so101', 'nominal', servo_faults.GoalBench),
+    ):
+        with servo_faults.emulated(start, robot=robot) as bus:
+            bench = servo_faults.join(made(bus))
+            bench.ready()
+            peer = subprocess.Popen([sys.executable, __file__, '--stranger', made.interface])
+            assert servo_faults.spin_until(lambda b=bus: 'ignored' in b.said('robot'), 60.0)
+            print(f'{robot} ({bus.family}): median, p90, p99, max; {bench.heading}')
+            cases = [servo_faults.measured(bench, 'e-stop') for _ in range(tries)]
+            servo_faults.print_row(bench, 'e-stop', cases)
+            peer.kill()
+            said = bus.said('robot').count('command ignored')
+            print(f'{said} lines of the robot, one a second, say that commands were ignored')
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--tries', type=int, default=30)
     parser.add_argument('--browser', help=argparse.SUPPRESS)
+    parser.add_argument('--garbage', action='store_true', help='on emulated servos')
+    parser.add_argument('--stranger', help=argparse.SUPPRESS)
     parser.add_argument('--robot', action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.robot:
         robot()
+    elif options.stranger:
+        stranger(options.stranger)
+    elif options.garbage:
+        beside_garbage(options.tries)
     elif options.browser:
         browser(options.browser, options.tries)
     else:

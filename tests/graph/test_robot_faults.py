@@ -2,6 +2,7 @@
 """What the robot node does when its hardware fails, hangs, or is commanded by two."""
 
 from itertools import pairwise
+import math
 import re
 import time
 
@@ -223,6 +224,19 @@ def test_a_command_that_waited_too_long_does_not_move_the_robot(rig):
     robot.wait(lambda: 'it was sent' in robot.said(), 'a stale command was taken')
     assert 'write 2.0' not in robot.calls()
     assert robot.diagnosis()['stale commands'] == '1'
+
+
+def test_garbage_displaces_no_command_and_of_those_that_wait_the_newest_counts(rig):
+    robot = rig('/garbage', command_timeout=60.0)
+    robot.order('hold')
+    robot.waits_for('begin hold')
+    for volts in (1.0, 2.0, *15 * [math.nan]):
+        robot.send(volts)
+        time.sleep(0.01)
+    robot.release()
+    robot.waits_for('write 2.0')
+    assert 'write 1.0' not in robot.calls()
+    assert robot.diagnosis()['rejected commands'] == '15'
 
 
 def test_two_that_command_in_turns_stop_the_robot_and_one_after_another_do_not(rig):

@@ -169,7 +169,7 @@ def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
         print(f'leo: error: {_one_line(str(error))}', file=sys.stderr)
         return _BAD_INPUT
     except KeyboardInterrupt as interrupt:
-        return _status(interrupt)
+        return Ended.of(interrupt).status
     except BrokenPipeError:  # whoever read the output is gone
         _forget_output()
         return 1
@@ -185,16 +185,12 @@ def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
         return _BAD_INPUT
     except ImportError as error:
         if isinstance(cause := error.__cause__ or error.__context__, KeyboardInterrupt):
-            return _status(cause)  # an extension module that was just being loaded
+            return Ended.of(cause).status  # an extension module that was just being loaded
         if not (todo := _missing((error.name or '').partition('.')[0])):
             raise
         print(f'leo: error: {todo}', file=sys.stderr)
         return _BAD_INPUT
     return status
-
-
-def _status(interrupt: KeyboardInterrupt) -> int:
-    return Ended.of(interrupt).status
 
 
 def _missing(package: str) -> str:

@@ -2,6 +2,7 @@
 """One MCAP file as a stream of records, around what is damaged, up to its end or a cut."""
 
 from collections.abc import Callable, Collection, Iterator
+from contextlib import suppress
 import hashlib
 from io import BytesIO
 import os
@@ -141,14 +142,12 @@ def _unpacked(chunk: Chunk) -> bytes:
     """
     pieces: list[bytes] = []
     left = min(chunk.uncompressed_size, LARGEST_CHUNK)
-    try:
+    with suppress(*DAMAGE):
         for piece in _pieces(chunk):
             pieces.append(piece)
             left -= len(piece)
             if left < 0:
                 return pieces[0]
-    except DAMAGE:
-        pass
     return b''.join(pieces)
 
 

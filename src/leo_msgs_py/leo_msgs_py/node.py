@@ -8,7 +8,7 @@ Everything else is rclpy's own: nodes, parameters, timers, publishers, services.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from difflib import get_close_matches
 import gc
 import signal
@@ -47,6 +47,7 @@ SLICE = 0.1  # longest wait without a look at signals [s]: Python handles them b
 AGAIN = 1.0  # a SIGINT so long after the first [s] interrupts; ros2 launch may pass on one twice
 MISSPELT = 0.75  # how alike two names are (`difflib`) where one is the other, misspelt
 
+Heard = Callable[[Any, dict[str, Any]], None]  # is handed a message and its MessageInfo
 _stop = Event()
 _executor: Executor | None = None
 _read = WeakKeyDictionary[Node, set[str]]()
@@ -150,9 +151,7 @@ def served_apart(node: Node, period: float, tick: Callable[[], None]) -> Iterato
         node.destroy_node()
 
 
-def listen_with_info(
-    node: Node, topic: Topic, callback: Callable[[Any, dict[str, Any]], None]
-) -> Subscription:
+def listen_with_info(node: Node, topic: Topic, callback: Heard) -> Subscription:
     """Subscribe, and get with each message rclpy's MessageInfo: when it was sent, its number."""
 
     def called(*given: Any) -> None:
@@ -263,11 +262,9 @@ def _of_type(name: str, value: Any, default: Any) -> Any:
     numbers = sequence and all(type(item) in (int, float) for item in value)
     if wanted == Parameter.Type.DOUBLE_ARRAY and numbers:
         return [float(item) for item in value]
-    try:
+    with suppress(InvalidParameterTypeException, TypeError):
         if Parameter.Type.from_parameter_value(value) == wanted:
             return value
-    except (InvalidParameterTypeException, TypeError):
-        pass
     kind = wanted.name.lower().replace('_', ' ')
     raise UserError(f'parameter {name!r} must be of type {kind}, not {value!r}')
 

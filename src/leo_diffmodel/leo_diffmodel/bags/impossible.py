@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Values that no robot has: of a flipped bit, a forged message, a number that is another's.
 
-What is a hundred times beyond what the robot can do, and as far beyond what its channel mostly
-says, is left out. A whole channel in another unit stays, for `leo check` to say so.
+What is a hundred times beyond what its channel mostly says, and far beyond what the robot can do,
+is left out. A whole channel in another unit stays, for `leo check` to say so.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,8 @@ from .states import StateLog
 from .topic_map import TopicMap
 from .types import at_rows, Floats
 
-BEYOND = 100.0  # times what is possible. Motors are overdriven and joints are hit, but by less
+BEYOND = 100.0  # times what a channel mostly says, or a joint's speed. It is hit, but by less
+OVERDRIVEN = 10.0  # times what a motor can do
 ABSURD = 1e9
 """rad, rad/s, V, N m (m, m/s, N): a wheel at 3000 rad/s turns so far in four days, and no unit
 that angles, rates or inputs are logged in makes so much of them."""
@@ -32,7 +33,7 @@ MOSTLY = 0.9
 class Channel(NamedTuple):
     name: str
     unit: str
-    most: float  # that is possible in it
+    most: float  # what is more no robot has
 
 
 def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
@@ -59,7 +60,7 @@ def input_channels(robot: Robot, kind: str) -> list[Channel]:
         most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': motor.stall}[kind]
         slides, unit = motor.joint in robot.slides, INPUT_UNITS[kind]
         name = f'inputs of {motor.joint}'
-        channels.append(Channel(name, sliding(unit) if slides else unit, most))
+        channels.append(Channel(name, sliding(unit) if slides else unit, OVERDRIVEN * most))
     return channels
 
 
@@ -72,7 +73,7 @@ def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.
     """Say which values (N, C) no robot has, and how many of which channel, in words."""
     size = np.nan_to_num(np.abs(values), posinf=0.0)
     usual = np.quantile(size, MOSTLY, axis=0, method='lower')
-    bound = np.minimum(ABSURD, BEYOND * np.maximum([c.most for c in channels], usual))
+    bound = np.minimum(ABSURD, np.maximum([c.most for c in channels], BEYOND * usual))
     beyond = size > bound
     return beyond, [
         f'{count} {channel.name} beyond {most:.3g} {channel.unit}, which no robot has; left out'
@@ -83,11 +84,11 @@ def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.
 
 def _channels(robot: Robot, seconds: float) -> tuple[list[Channel], list[Channel], list[Channel]]:
     unit, force = lengths(robot), {'m': 'N', 'rad': 'N m'}
-    speed = dict.fromkeys(unit, FAST)
+    speed = dict.fromkeys(unit, BEYOND * FAST)
     for motor in robot.actuators:
         if motor.supply is not None and motor.torque_constant:  # without load
-            speed[motor.joint] = max(FAST, motor.supply / motor.torque_constant)
-    torque = dict.fromkeys(unit, ABSURD) | {a.joint: a.stall for a in robot.actuators}
+            speed[motor.joint] = BEYOND * max(FAST, motor.supply / motor.torque_constant)
+    torque = dict.fromkeys(unit, ABSURD) | {a.joint: OVERDRIVEN * a.stall for a in robot.actuators}
     return (
         [Channel(f'positions of {n}', u, max(seconds, 1.0) * speed[n]) for n, u in unit.items()],
         [Channel(f'velocities of {n}', f'{u}/s', speed[n]) for n, u in unit.items()],

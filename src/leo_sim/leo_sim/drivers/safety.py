@@ -55,7 +55,7 @@ class Safety:
         self.e_stopped = False  # latched until `e_stop_reset`
         self.timed_out = False  # the last command grew too old; ends with the next command
         self.timeouts = self.rejected = 0  # commands that grew too old, and that were refused
-        self.why, self._told = '', 0  # the last one was refused
+        self.why = ''  # the last one was refused
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
@@ -66,10 +66,6 @@ class Safety:
             raise BadCommand(f'command ignored: {self.why}')
         self._command, self._since = command, now
         self.timed_out = False
-
-    def take_refused(self) -> int:
-        new, self._told = self.rejected - self._told, self.rejected
-        return new
 
     def output(self, now: float, blind: bool = False) -> np.ndarray:
         """The values to write at time `now` [s], (A,): 0 when stopped, timed out or unmeasured."""
@@ -221,7 +217,7 @@ class Faults:
 
     def __init__(self, patience: int) -> None:
         self._patience = patience
-        self.total = self.in_a_row = self._reported = 0
+        self.total = self.in_a_row = 0
         self.last = ''
 
     def note(self, why: str) -> None:
@@ -234,10 +230,6 @@ class Faults:
         self.last = why
         if self.in_a_row > self._patience:
             raise DriverFault(f'{self.in_a_row} periods in a row failed, the last one: {why}')
-
-    def take_new(self) -> int:
-        new, self._reported = self.total - self._reported, self.total
-        return new
 
 
 def _above_zero(limits: Sequence[float] | np.ndarray) -> np.ndarray:

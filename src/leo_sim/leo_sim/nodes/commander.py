@@ -2,18 +2,21 @@
 """Who commands the robot, one at a time and nothing sent long ago; and who else obeys it."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
 import math
 import time
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
-from leo_msgs_py.node import listen_with_info
+from leo_msgs_py.hostile import complain, seldom, UNREADABLE
+from leo_msgs_py.node import Heard, listen_with_info
 from leo_msgs_py.topics import Topic
 
 LOOKS = 5
 """A node that was killed is listed for so many seconds, one look each; it is no neighbour."""
+KEPT = 20  # messages of strangers that may come between two looks and displace no command
 WINDOW = 1.0  # two senders that take turns twice within this time [s] both speak
 
 
@@ -70,31 +73,37 @@ class Commander:
     The callback gets both. `limit` is the age [s] from which a command is stale; 0 disables.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        topic: Topic,
-        callback: Callable[[Any, dict[str, Any]], None],
-        limit: float,
-    ) -> None:
-        self._node, self._commands = node, listen_with_info(node, topic, callback)
+    def __init__(self, node: Node, topic: Topic, callback: Heard, limit: float) -> None:
+        kept = topic._replace(qos=QoSProfile(depth=KEPT))
+        self._node, self._commands = node, listen_with_info(node, kept, callback)
         self.topic_name = self._commands.topic_name
         self.ages, self._turns = Ages(limit), Turns()
         self.count = 0
 
     def drop(self) -> None:
         """Forget what came before the state it should answer, say to a repeated one."""
+        list(self.waiting())
+
+    def waiting(self) -> Iterator[tuple[Any, dict[str, Any]]]:
+        """Take what has arrived, oldest first: messages and what the middleware says of them."""
         commands = self._commands
-        while commands.handle.take_message(commands.msg_type, commands.raw) is not None:
-            pass
+        for _ in range(KEPT):
+            try:
+                found = commands.handle.take_message(commands.msg_type, commands.raw)
+                if found is None:
+                    return
+                yield found
+            except UNREADABLE as error:
+                complain(error)
 
     def is_new(self, info: dict[str, Any]) -> bool:
         age = self.ages.too_old(info['source_timestamp'], time.time_ns())
         if age:
-            self._node.get_logger().error(
+            seldom(
+                self._node.get_logger(),
+                'stale command',
                 f'command ignored: it was sent {age:.2f} s ago by the clock of its sender; a slow '
                 'network, or a clock that is wrong',
-                throttle_duration_sec=1.0,
             )
         return not age
 
@@ -130,19 +139,17 @@ class Neighbours:
         return sorted(name for name, looks in self._seen.items() if looks > LOOKS)
 
     def look(self) -> None:
-        self._seen = Counter({name: self._seen[name] + 1 for name in self._others()})
+        publishers = self._robot.get_publishers_info_by_topic(self._states)
+        listeners = self._robot.get_subscriptions_info_by_topic(self._commands)
+        robots = names_of(publishers) & names_of(listeners)
+        robots -= Counter([self._robot.get_fully_qualified_name()])
+        self._seen = Counter({name: self._seen[name] + 1 for name in robots})
         for name in set(self.names) - self._warned:
             self._warned.add(name)
             self._robot.get_logger().warning(
                 f'another robot, {name}, obeys the commands on {self._commands} too and publishes '
                 f'{self._states}; give each a ROS_DOMAIN_ID or a namespace (-r __ns:=/left)'
             )
-
-    def _others(self) -> Counter[str]:
-        publishers = self._robot.get_publishers_info_by_topic(self._states)
-        listeners = self._robot.get_subscriptions_info_by_topic(self._commands)
-        robots = names_of(publishers) & names_of(listeners)
-        return robots - Counter([self._robot.get_fully_qualified_name()])
 
 
 def names_of(endpoints: Iterable[Any]) -> Counter[str]:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself on /diagnostics once a second."""
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -50,21 +51,22 @@ def robot_diagnostics(
 
 def _worst(loop: Loop, torque: bool, neighbours: Sequence[str]) -> tuple[Any, str]:
     safety, alarm = loop.safety, loop.measured.alarm()
-    missed, lost = loop.health.take_missed(), loop.faults.take_new()
-    refused = safety.take_refused()
+    new = Counter(missed=loop.health.missed, lost=loop.faults.total, refused=safety.rejected)
+    new.subtract(loop.told)
+    loop.told.update(new)
     if alarm:
         return DiagnosticStatus.ERROR, alarm
     if safety.e_stopped:
         return DiagnosticStatus.ERROR, f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
     if neighbours:
         return DiagnosticStatus.WARN, f'another robot obeys the same commands: {neighbours[0]}'
-    if lost:
-        return DiagnosticStatus.WARN, f'{lost} packets lost or damaged in the last second'
-    if refused:
-        text = f'{refused} commands ignored in the last second, the last one: {safety.why}'
+    if new['lost']:
+        return DiagnosticStatus.WARN, f'{new["lost"]} packets lost or damaged in the last second'
+    if new['refused']:
+        text = f'{new["refused"]} commands ignored in the last second, the last one: {safety.why}'
         return DiagnosticStatus.WARN, text
     if safety.timed_out:
         return DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'
-    if missed:
-        return DiagnosticStatus.WARN, f'{missed} deadlines missed in the last second'
+    if new['missed']:
+        return DiagnosticStatus.WARN, f'{new["missed"]} deadlines missed in the last second'
     return DiagnosticStatus.OK, 'running' if torque else 'running, motors free'

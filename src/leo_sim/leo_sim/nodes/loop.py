@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node does each period: state out, command in, time goes on."""
 
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 import math
@@ -24,7 +25,6 @@ class Health:
     def __init__(self, period: float) -> None:
         self._period = period
         self.missed = 0
-        self._reported = 0
         self._loop_times: list[float] = []
 
     def note(self, loop_time: float, lateness: float) -> None:
@@ -37,10 +37,6 @@ class Health:
         if not times:
             return 0, 0.0, 0.0
         return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
-
-    def take_missed(self) -> int:
-        new, self._reported = self.missed - self._reported, self.missed
-        return new
 
 
 class Loop:
@@ -62,6 +58,7 @@ class Loop:
         self.measured = MeasuredTopics(node, self._info.actuators, driver)
         self.state: JointStates | None = None
         self.sent = self._seen_starts = 0
+        self.told = Counter[str]()  # what /diagnostics has counted so far
         self.due = math.inf
 
     def now(self) -> float:

@@ -62,24 +62,22 @@ class Publishers:
 
     def publish(self, publisher: Publisher, message: Any) -> None:
         """Publish; where a reader's history is full, wait for it as long as it is alive."""
-        began = time.monotonic()
+        until = time.monotonic() + PATIENCE * self._waits_for_readers
         while True:
             try:
                 publisher.publish(message)
+                self._waits_for_readers = True
+                return
             except RuntimeError as error:
                 if not running():
                     return
-                if not self._waits_for_readers or time.monotonic() - began > PATIENCE:
+                if time.monotonic() > until:
                     self._waits_for_readers = False
+                    told = f'a reader takes nothing, going on without it ({error})'
                     self._node.get_logger().warning(
-                        f'{publisher.topic_name}: a reader takes nothing, going on without it '
-                        f'({error})',
-                        throttle_duration_sec=PATIENCE,
+                        f'{publisher.topic_name}: {told}', throttle_duration_sec=PATIENCE
                     )
                     return
-            else:
-                self._waits_for_readers = True
-                return
 
 
 class MeasuredTopics:

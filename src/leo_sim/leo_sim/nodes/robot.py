@@ -18,6 +18,7 @@ from std_msgs.msg import Bool
 from leo_msgs_py import node, topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.hostile import seldom
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
 from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, Inspected, Placeable
@@ -54,15 +55,11 @@ class RobotNode(Node):
         self._safety, self._topics = self._loop.safety, self._loop.topics
         self._torque = True
         self._greeting = greeting(settings, self._info)
-        self._commander = Commander(
-            self,
-            topics.COMMANDS[self._info.interface],
-            self._on_command,
-            settings.timeout and settings.timeout / settings.realtime_factor,
-        )
-        self._neighbours = Neighbours(
-            self, self._topics.states.topic_name, self._commander.topic_name
-        )
+        stale = settings.timeout and settings.timeout / settings.realtime_factor
+        commands = topics.COMMANDS[self._info.interface]
+        self._commander = Commander(self, commands, self._on_command, stale)
+        places = self._topics.states.topic_name, self._commander.topic_name
+        self._neighbours = Neighbours(self, *places)
         self.create_service(*topics.RESET, partial(answered, self._reset))
         self.create_service(*topics.E_STOP_RESET, partial(answered, self._e_stop_reset))
         self.create_service(*topics.TORQUE, self._on_torque)
@@ -121,18 +118,24 @@ class RobotNode(Node):
         return True
 
     def _on_command(self, message: Any, info: dict[str, Any]) -> None:
+        """Take it and all that waits behind it: the newest good one counts, none acts late."""
+        arrived = (message, info), *self._commander.waiting()
+        taken = [self._takes(*one) for one in arrived]
+        if any(taken) and self._lockstep:
+            self._loop.run_control_period(self._commander.drop)
+            self._timer.reset()
+
+    def _takes(self, message: Any, info: dict[str, Any]) -> bool:
         if not self._commander.is_new(info):
-            return
+            return False
         try:
             self._safety.accept(message.data, self._loop.now())
         except BadCommand as error:
-            self.get_logger().error(str(error), throttle_duration_sec=1.0)
-            return
+            seldom(self.get_logger(), 'bad command', str(error))
+            return False
         if self._commander.has_rival(info):
             self._e_stop()
-        if self._lockstep:
-            self._loop.run_control_period(self._commander.drop)
-            self._timer.reset()
+        return True
 
     def _reset(self) -> str:
         self._driver.reset()
@@ -194,17 +197,15 @@ class RobotNode(Node):
 @executable
 def main(argv: list[str]) -> int:
     with node.graph(argv):
-        robot = RobotNode()
-        status = 1
+        robot, status = RobotNode(), 0
         try:
             robot.begin()
             robot.run()
-            status = 0
         except EndOfRun as over:
             robot.get_logger().info(str(over))
-            status = 0
         except (DriverFault, OSError) as fault:
             robot.get_logger().fatal(f'{fault}; the robot ends here, start it again')
+            status = 1
         finally:
             stopped = robot.stop()
     return status if stopped else 1

@@ -47,10 +47,10 @@ def glitch(name: str, value: float) -> dict[str, np.ndarray]:
         ('q', 1e7, '1 positions of pivot beyond 3.99e+04 rad,'),
         ('dq', 1e200, '1 velocities of pivot beyond 1e+04 rad/s,'),
         ('dq', 1e5, '1 velocities of pivot beyond 1e+04 rad/s,'),
-        ('volts', 1e200, '1 inputs of pivot beyond 300 V,'),
-        ('volts', 1e5, '1 inputs of pivot beyond 300 V,'),
-        ('volts', 1e3, '1 inputs of pivot beyond 300 V,'),
-        ('effort', 1e200, '1 efforts of pivot beyond 1.69 N m,'),
+        ('volts', 1e200, '1 inputs of pivot beyond 30 V,'),
+        ('volts', 1e5, '1 inputs of pivot beyond 30 V,'),
+        ('volts', 1e3, '1 inputs of pivot beyond 30 V,'),
+        ('effort', 1e200, '1 efforts of pivot beyond 0.992 N m,'),
     ],
 )
 def test_one_value_that_no_robot_has_is_left_out_and_told(name, value, told, sign, tmp_path):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself: the worst news first, and every count."""
 
+from collections import Counter
 from contextlib import suppress
 from types import SimpleNamespace
 
@@ -23,9 +24,8 @@ def diagnostics(safety=None, health=None, torque=True, missed=0, neighbours=()):
     measured = SimpleNamespace(alarm=str, figures=dict)
     commander = SimpleNamespace(ages=Ages(0.0), count=1)
     gate, safety = SimpleNamespace(halts=0), safety or Safety([1.0])
-    loop = SimpleNamespace(
-        safety=safety, health=health, faults=Faults(5), measured=measured, gate=gate
-    )
+    counts = {'health': health, 'faults': Faults(5), 'told': Counter()}
+    loop = SimpleNamespace(safety=safety, measured=measured, gate=gate, **counts)
     return robot_diagnostics('/robot', STAMP, loop, torque, commander, neighbours)
 
 
