@@ -10,8 +10,8 @@ from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
 
-AT_REST = 1e-9
-"""rad/s: rounding leaves some 1e-17 of a joint that friction holds, of either sign."""
+NOTHING = 1e-9
+"""rad/s, W: rounding leaves some 1e-17 of a joint that friction holds, of either sign."""
 
 
 class _Friction(Effect):
@@ -187,8 +187,8 @@ class DirectionalLoadFriction(_DryUnderLoad):
         mu: float, mu_back: float, _: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
         """Torque at the joint, N m; of a joint at rest, against the motion that would begin."""
-        way = np.where(np.abs(dq) < AT_REST, motor + load, dq)
-        share = np.where(motor * way > 0.0, mu, mu_back)
+        way = np.where(np.abs(dq) < NOTHING, motor + load, dq)
+        share = np.where(motor * way > NOTHING, mu, mu_back)
         return -np.copysign(share * np.abs(motor - load), dq)
 
     def places(self, robot: Robot) -> tuple[str, ...]:

@@ -47,8 +47,9 @@ def test_a_square_of_the_load(w):
         (0.0, 1.5, -0.5, 0.1),
         (0.0, 0.2, -0.5, 0.3),
         (1e-17, 0.2, -0.5, 0.3),
+        (1e-17, -1e-17, -0.5, 0.3),
     ],
-    ids=['lifts', 'lowers', 'drives down', 'free', 'begins to lift', 'begins to yield', 'held'],
+    ids=['lifts', 'lowers', 'drives down', 'free', 'lifts off', 'yields', 'held', 'held, free'],
 )
 def test_the_motor_drives_or_is_driven(w, motor, load, share):
     mine = friction('directional_load_friction', w, motor, load, mu=0.1, mu_back=0.3)
