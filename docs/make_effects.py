@@ -58,6 +58,7 @@ SHOWN: dict[str, dict[str, float]] = {
     'ground_slope': {'angle': 0.3},
     'encoder_offset': {'o': 0.4},
     'encoder_scale': {'k': 1.3},
+    'encoder_eccentricity': {'a': 0.3, 'b': 0.3},
     'velocity_lag': {'tau': 0.1},
     'measurement_delay': {'delay': 0.1},
 }

@@ -71,6 +71,7 @@ EFFECTS: dict[str, Effect] = {
         servos.ServoDamping(),
         servos.GoalRate(),
         joints.SupplySag(),
+        sensors.EncoderEccentricity(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""

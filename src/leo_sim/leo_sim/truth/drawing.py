@@ -138,8 +138,9 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng)
         return {'m': (0.0, 1.0), 'x': (x, 0.0), 'z': (z, 0.0)}
     if name == 'torque_ripple':
         return {'a': (0.0, 1.0), 'n': (float(rng.integers(2, 9)), 0.0), 'phase': (angle, 0.0)}
-    if {p.name for p in parameters} == {'x', 'z'}:
-        return {'x': (0.0, math.cos(angle)), 'z': (0.0, math.sin(angle))}
+    if {p.name for p in parameters} in ({'x', 'z'}, {'a', 'b'}):
+        ways = math.cos(angle), math.sin(angle)
+        return {p.name: (0.0, way) for p, way in zip(parameters, ways, strict=True)}
     first, *others = parameters
     sign = 1.0 if first.low >= first.neutral or name in GROWS else rng.choice([-1.0, 1.0])
     sign = -1.0 if name in SHRINKS else float(sign)

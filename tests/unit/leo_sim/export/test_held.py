@@ -68,6 +68,7 @@ IN_NONE = {
     'voltage_deadband': {'v': 1.0},
     'external_force': {'z': 1.0},
     'encoder_scale': {'k': 1.1},
+    'encoder_eccentricity': {'a': 0.1},
     'warming_friction': {'c': 0.1, 'c_start': 0.2},
     'torque_fade': {'s': 0.1},
     'velocity_lag': {'tau': 0.1},

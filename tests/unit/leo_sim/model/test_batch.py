@@ -34,6 +34,7 @@ def scanned(*values):
         ('external_force', 'bob', 'x', (0.0, -0.1, 0.2)),
         ('encoder_offset', 'pivot', 'o', (0.0, -0.1, 0.2)),
         ('encoder_scale', 'pivot', 'k', (1.0, 0.9, 1.2)),
+        ('encoder_eccentricity', 'pivot', 'a', (0.0, -0.1, 0.2)),
         ('velocity_lag', 'pivot', 'tau', (0.0, 0.004, 0.05)),
         ('measurement_delay', 'pivot', 'delay', (0.0, 0.004, 0.03)),
     ],
