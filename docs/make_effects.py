@@ -44,6 +44,7 @@ SHOWN: dict[str, dict[str, float]] = {
     'link_com': {'x': 0.3, 'z': -0.2},
     'link_inertia': {'I': 1.0},
     'payload': {'m': 0.6, 'x': 0.5, 'z': -1.0},
+    'late_payload': {'m': 0.6, 'x': 0.5, 'z': -1.0},
     'servo_stiffness': {'k': 1.6},
     'servo_damping': {'d': 0.8},
     'goal_rate': {'rate': 4.0},
@@ -58,6 +59,7 @@ SHOWN: dict[str, dict[str, float]] = {
     'ground_slope': {'angle': 0.3},
     'encoder_offset': {'o': 0.4},
     'encoder_scale': {'k': 1.3},
+    'encoder_eccentricity': {'a': 0.3, 'b': 0.3},
     'velocity_lag': {'tau': 0.1},
     'measurement_delay': {'delay': 0.1},
 }
@@ -211,6 +213,7 @@ CURVES: dict[str, Callable[[Effect, dict[str, float]], Curve]] = {
     'link_mass': weight,
     'link_com': weight,
     'payload': weight,
+    'late_payload': weight,
     'external_force': weight,
     'gravity': weight,
     'link_inertia': acceleration,

@@ -71,6 +71,8 @@ EFFECTS: dict[str, Effect] = {
         servos.ServoDamping(),
         servos.GoalRate(),
         joints.SupplySag(),
+        sensors.EncoderEccentricity(),
+        links.LatePayload(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""

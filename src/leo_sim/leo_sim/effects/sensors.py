@@ -7,9 +7,11 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers, paired
 from leo_sim.common.compiled import compiled
+from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Effect, Parameter, Reading, Values
 
 TINY, SHORTEST = 1e-200, 1e-12  # s
+NEWTON_STEPS = 6  # the error of one is squared in the next
 
 
 class _Sensor(Effect):
@@ -43,6 +45,45 @@ class EncoderScale(_Sensor):
 
     def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         return q * p['k'], dq * p['k'], memory
+
+
+class EncoderEccentricity(_Sensor):
+    """A magnet or disc off the axis: the reading swings by a sin q + b (cos q - 1) in each turn.
+
+    It reads right at angle 0.
+    """
+
+    name = 'encoder_eccentricity'
+    parameters = tuple(Parameter(n, 'rad', low=-0.5, high=0.5, role='amplitude') for n in 'ab')
+    equation = 'q_read = q + a sin q + b (cos q - 1), w_read = w (1 + a cos q - b sin q)'
+    looks_like = 'The joint seems to turn faster in one half of a turn than in the other.'
+    confused_with = 'encoder_scale with encoder_offset, over narrow angles; link_com there.'
+    reveal = 'Motion over full turns, fast and slow.'
+    rank = 20
+
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
+        swing, slope = _eccentric(p, q)
+        return q + swing, dq * slope, memory
+
+    def unsensed(self, p: Values, q: Array, dq: Array, recalled: Any = None) -> Reading:
+        true = q
+        for _ in range(NEWTON_STEPS):
+            swing, slope = _eccentric(p, true)
+            true = true - (true + swing - q) / slope
+        return true, dq / _eccentric(p, true)[1], None
+
+    def in_words(self, p: Values, where: str, constants: Values) -> str:
+        return f'an amplitude of {np.hypot(p["a"], p["b"]):.3g} rad'
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        still = {*robot.base_joints, *robot.slides}
+        return tuple(j for j in robot.joint_names if j not in still)
+
+
+def _eccentric(p: Values, q: Array) -> tuple[Any, Any]:
+    """What is added to an angle, and d q_read / d q."""
+    sin, cos = np.sin(q), np.cos(q)
+    return p['a'] * sin + p['b'] * (cos - 1.0), 1.0 + p['a'] * cos - p['b'] * sin
 
 
 class VelocityLag(_Sensor):

@@ -126,3 +126,16 @@ def test_gravity_acts_on_all_or_nothing_and_is_told_as_a_direction():
     assert words == 'which is gravity of 9.81 m/s2, turned by 35 degrees towards -x'
     told = EFFECTS['link_mass'].in_words({'m': 1.7}, 'lower', {'links.lower.mass': 0.676})
     assert told == 'added to 0.676 kg'
+
+
+def test_an_eccentric_encoder_swings_once_a_turn_and_can_be_read_back():
+    law, p = EFFECTS['encoder_eccentricity'], {'a': 0.3, 'b': -0.2}
+    q, step, still = np.linspace(-7.0, 7.0, 57), 1e-6, np.zeros(57)
+    read, rate, _ = law.sensor(p, q, still + 2.0, None, 0.0)
+    before, after = (law.sensor(p, q + d, still, None, 0.0)[0] for d in (-step, step))
+    np.testing.assert_allclose(rate, (after - before) / step, atol=1e-8)
+    np.testing.assert_allclose(law.sensor(p, q + 2 * np.pi, still, None, 0.0)[0], read + 2 * np.pi)
+    true, speed, _ = law.unsensed(p, read, rate)
+    np.testing.assert_allclose(np.stack([true, speed]), [q, still + 2.0], atol=1e-12)
+    assert law.sensor(p, np.zeros(1), np.zeros(1), None, 0.0)[0] == 0.0
+    assert law.in_words({'a': 0.03, 'b': 0.04}, 'pivot', {}) == 'an amplitude of 0.05 rad'
