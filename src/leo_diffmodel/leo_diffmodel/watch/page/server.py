@@ -10,12 +10,14 @@ from typing import NoReturn
 
 from bokeh.document import Document
 from bokeh.server.server import Server
+from bokeh.util.logconfig import basicConfig
 from tornado.ioloop import PeriodicCallback
 
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.e_stop import HERE
 from leo_diffmodel.watch.page.files import routes
 from leo_diffmodel.watch.page.leaving import application
+from leo_diffmodel.watch.page.library_errors import LibraryErrors
 from leo_msgs_py.errors import UserError
 
 OpenTab = Callable[[Document, Page], object]
@@ -70,6 +72,7 @@ class WatchServer:
 
     def run(self) -> None:
         """Serve until `end`; then what goes on in other processes is ended too."""
+        basicConfig(handlers=[LibraryErrors()])
         logging.getLogger('bokeh.server.views.ws').setLevel(logging.ERROR)  # tabs close
         gc.freeze()  # what is there now stays: Python's collector need not look through it
         self._server.start()

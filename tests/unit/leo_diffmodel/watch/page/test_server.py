@@ -5,6 +5,7 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 import json
+from logging import Logger
 from pathlib import Path
 import re
 import signal
@@ -28,6 +29,7 @@ from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.bags.types import Topic
 from leo_diffmodel.verbs.watch import main
 from leo_diffmodel.watch.page.leaving import application
+from leo_diffmodel.watch.page.library_errors import LibraryErrors
 from leo_diffmodel.watch.page.server import HERE
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
@@ -179,6 +181,16 @@ def test_a_bag_that_is_being_recorded_is_shown_up_to_now_and_goes_on(run, tmp_pa
         assert leo.stderr.read().count('growing: still being recorded; read up to now') == 1
     recorder.close()
     assert len(load(tmp_path / 'growing').topics) == len(whole.topics)
+
+
+def test_an_error_of_a_library_is_one_line_once_and_one_of_ours_has_its_traceback(capsys):
+    (log := Logger('tornado')).addHandler(LibraryErrors())
+    for garbage_to in (json.loads, json.loads, UserError):
+        try:
+            garbage_to(None)
+        except TypeError:
+            log.exception('cannot\nread it')
+    assert capsys.readouterr().err.startswith('cannot\ncannot\nread it\nTraceback (most recent')
 
 
 def test_a_port_in_use_is_one_line(run):
