@@ -146,7 +146,7 @@ def _fixed(parameter: Parameter, candidate: Candidate, grids: Grids) -> tuple[fl
         return -most, most
     if unit == 'rad':
         shift = grids.offset if effect.hook == 'sensor' else inf
-        most = grids.gap if parameter.role == 'threshold' else shift
+        most = {'threshold': grids.gap, 'position': grids.rest}.get(parameter.role, shift)
         return -most, most
     known = {'rad/s': grids.settling_rates, 'm/s': grids.settling_speeds, 'm/s2': grids.gravity}
     return {**known, '1/turn': grids.periods, '1/m': (0.0, inf)}.get(unit)

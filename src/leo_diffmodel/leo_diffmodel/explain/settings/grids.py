@@ -38,6 +38,7 @@ class Grids:
     settling_speeds: tuple[float, float] = (0.002, 10.0)  # m/s: the same of a slide
     gravity: tuple[float, float] = (-30.0, 30.0)  # m/s2: turned over, and half as much again
     offset: float = 1.6  # rad: a zero that is a quarter turn off
+    rest: float = 63.0  # rad: a spring that rests ten turns away is a constant torque
     gap: float = 0.5  # rad: a backlash that anybody sees
     per_load: float = 10.0  # friction takes all of the tenth part of the largest torque, at most
     ground: float = 100.0  # times harder or softer
