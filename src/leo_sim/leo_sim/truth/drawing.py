@@ -41,6 +41,7 @@ LAST_DRAWN = 'measurement_delay'
 
 PLACE = 0.1  # of a payload, from the origin of its link [m]
 BEGINS = (3.0, 15.0)  # when a late one is hung on [s]
+SETTLES = (2.0, 10.0)  # time constant of what changes while it runs [s]
 WINDOWS, SECONDS = 16, 0.5
 
 Rng = np.random.Generator
@@ -127,6 +128,10 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng)
         level, at_rest, v_s = (p.name for p in parameters)
         more, speed = rng.uniform(1.3, 2.0), rng.uniform(0.2, 1.0)
         return {level: (0.0, 1.0), at_rest: (0.0, more), v_s: (speed, 0.0)}
+    if name in ('warming_friction', 'torque_fade'):
+        level, *cold, time = (p.name for p in parameters)
+        falls = {begin: (0.0, rng.uniform(1.5, 3.0)) for begin in cold}
+        return {level: (0.0, 1.0), **falls, time: (rng.uniform(*SETTLES), 0.0)}
     if name == 'directional_load_friction':
         return {'mu': (0.0, 1.0), 'mu_back': (0.0, rng.choice([0.3, 3.0]))}
     if name == 'quadratic_load_friction':
