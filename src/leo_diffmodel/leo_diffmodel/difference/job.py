@@ -161,7 +161,6 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     from leo_diffmodel.difference.network import CONFIGS
     from leo_sim.model.model_file import load_model
 
-    os.nice(5)
     given = model = load_model(options.model)
     base = ''
     recordings = _readable(options.bags, model.robot)
@@ -232,4 +231,5 @@ def repaired(recordings: Recordings, model: Model, path: Path) -> tuple[Model, s
 
 if __name__ == '__main__':
     end_with(os.getppid())
+    os.nice(5)
     sys.exit(main(sys.argv[1:]))
