@@ -190,4 +190,5 @@ class Windows:
     def _run(self, effects: tuple[Placed, ...]) -> tuple[np.ndarray, np.ndarray]:
         with np.errstate(all='ignore'):
             model = Model(self.robot, effects, scheme='training')
-            return rollout(model, self._q0, self._dq0, self._inputs, self._dt)
+            start = SECONDS * np.arange(WINDOWS)
+            return rollout(model, self._q0, self._dq0, self._inputs, self._dt, start=start)
