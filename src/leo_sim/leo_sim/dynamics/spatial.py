@@ -30,7 +30,7 @@ class Spatial(Compiled):
         self.tree = _tree(joints)
         figures, gravity = _figures([bodies[joint.child] for joint in joints], gravity)
         self.leading = gravity.shape if gravity.size > 1 else ()
-        scanned = len(self.leading) < 3 or self.leading[1:2] != (1,)
+        scanned = len(self.leading) < 3 or self.leading[1] > 1
         self.of_states = self.leading[-2:] if scanned else self.leading[-1:]
         self.world = figures.reshape(-1, len(joints), FIGURES), gravity.reshape(-1)
 

@@ -94,7 +94,7 @@ class Payload(_InSpace):
         Parameter('m', 'kg', low=0.0, role='amplitude'),
         *(Parameter(axis, 'm', times='m', role='position') for axis in 'xyz'),
     )
-    together: ClassVar[tuple[str, ...]] = ('link_mass', 'link_com')
+    together = ('link_mass', 'link_com')
     equation = 'the link and a point mass m at (x, y, z), as one body'
     looks_like = 'A link is heavier, at a place of its own.'
     confused_with = 'link_mass with link_com: another inertia; the same of a link beyond it.'
