@@ -72,7 +72,6 @@ EFFECTS: dict[str, Effect] = {
         servos.GoalRate(),
         joints.SupplySag(),
         sensors.EncoderEccentricity(),
-        links.LatePayload(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""

@@ -86,11 +86,6 @@ class Scanner:
         base, theta = self._problem.base, self._null.theta
         return self._null.hypothesis.model(base, theta).laws.bodies[link].com
 
-    @property
-    def onsets(self) -> Array:
-        """When something may begin, s since a run did."""
-        return np.linspace(0.0, self._problem.windows.spans.max(), self.grids.onsets + 2)[1:-1]
-
     def small(self, candidate: Candidate, begin: Array, direction: Array, size: float) -> float:
         """A size, or less, that changes predictions by no more than where they are straight."""
         change = self.change(candidate, (begin + size * direction)[None])
