@@ -29,7 +29,7 @@ setup(
     ],
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed', 'report/templates/*', '*/maps/*.yaml', 'faults/*.yaml']},
+    package_data={PACKAGE: ['py.typed', 'report/templates/*', 'bags/maps/*', 'faults/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
+from collections.abc import Container, Sequence
 from itertools import chain, combinations
 from typing import NamedTuple
 
@@ -97,19 +97,20 @@ def one_of(
         chosen = places[rng.integers(len(places))]
         size, seed = log_uniform(rng, sizes), int(rng.integers(2**32))
         found = sized(run, first, others, chosen.effect.name, chosen.where, size, seed)
-        narrower = (c for c in chain.from_iterable(pool.values()) if widens(chosen, c))
+        narrower = [c for c in chain.from_iterable(pool.values()) if widens(chosen, c)]
         if found is not None and _wide(run, found[0], others, narrower):
             return found
 
 
-def _wide(run: Run, placed: Placed, others: Effects, narrower: Iterable[Candidate]) -> bool:
+def _wide(run: Run, placed: Placed, others: Effects, narrower: Sequence[Candidate]) -> bool:
     """Whether what a law does beyond narrower ones in it is no less than the least that is drawn.
 
     Else nothing in the data tells it from these.
     """
-    laws = list(narrower)
-    loop = OpenLoop(run, (*others, placed), others) if laws else None
-    return all(loop is not None and loop.beyond(placed, law) >= SIZES[0] for law in laws)
+    if not narrower:
+        return True
+    loop = OpenLoop(run, (*others, placed), others)
+    return all(loop.beyond(placed, law) >= SIZES[0] for law in narrower)
 
 
 def _differ(effects: Effects, run: Run) -> bool:

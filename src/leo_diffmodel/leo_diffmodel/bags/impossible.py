@@ -21,8 +21,8 @@ from .states import StateLog
 from .topic_map import TopicMap
 from .types import at_rows, Floats
 
-BEYOND = 100.0  # times what a channel mostly says, or a joint's speed. It is hit, but by less
-OVERDRIVEN = 10.0  # times what a motor can do
+BEYOND = 100.0  # times what a channel mostly says, or how fast a joint can be: blows are less
+OVERDRIVEN = 10.0  # times what a motor can do: impacts and overloads are less
 ABSURD = 1e9
 """rad, rad/s, V, N m (m, m/s, N): a wheel at 3000 rad/s turns so far in four days, and no unit
 that angles, rates or inputs are logged in makes so much of them."""
@@ -33,7 +33,7 @@ MOSTLY = 0.9
 class Channel(NamedTuple):
     name: str
     unit: str
-    most: float  # what is more no robot has
+    most: float  # no robot has more
 
 
 def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:

@@ -62,7 +62,7 @@ class Publishers:
 
     def publish(self, publisher: Publisher, message: Any) -> None:
         """Publish; where a reader's history is full, wait for it as long as it is alive."""
-        until = time.monotonic() + PATIENCE * self._waits_for_readers
+        until = time.monotonic() + (PATIENCE if self._waits_for_readers else 0.0)
         while True:
             try:
                 publisher.publish(message)

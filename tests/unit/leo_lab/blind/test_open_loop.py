@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from leo_lab.blind import open_loop
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_lab.blind import drawn, open_loop
 from leo_lab.blind.case import draw_case
 from leo_lab.blind.open_loop import OpenLoop, Run, sized
 from leo_lab.blind.scenes import Given
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
+from leo_sim.model import Model
 
 
 @pytest.mark.parametrize('torque, likely', [(2.0, True), (20.0, False)])
@@ -67,6 +69,15 @@ def test_a_size_of_which_constants_can_explain_a_good_part_does_not_show(positio
     assert loop.shows(drag)
     loop.size = lambda placed: np.array([2.0 * loop.left(placed)])
     assert not loop.shows(drag)
+
+
+@pytest.mark.parametrize('v_s, apart', [(2.0, True), (1e-3, False)])
+def test_a_law_that_is_wider_at_speeds_that_never_come_does_no_more_than_the_narrower(v_s, apart):
+    run, pool = servo_run(), candidates(Model(load_robot('servo_pendulum')))
+    wide = place(run.robot, 'stribeck_friction', 'pivot', c=0.01, c_static=0.02, v_s=v_s)
+    narrower = [c for c in pool if c.effect.name == 'coulomb_friction']
+    assert drawn._wide(run, wide, (), narrower) == apart
+    assert drawn._wide(run, wide, (), [])
 
 
 def test_noise_floors_of_a_loop_that_jumps_are_of_the_size_of_its_noise(position_run):

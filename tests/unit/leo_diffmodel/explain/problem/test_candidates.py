@@ -86,6 +86,7 @@ def test_limits_are_the_robots_and_never_wider_than_the_effects(robot):
     assert found['link_com', link, 'x'].high == pytest.approx(sizes.reach(robot))
     scale = found['torque_scale', joint, 'k']
     assert (scale.low, scale.high) == SETTINGS.grids.gain
+    assert found['joint_spring', joint, 'rest'].high == SETTINGS.grids.rest
     pool = candidates(Model(robot))
     declared = {(c.effect.name, c.where, p.name): p for c in pool for p in c.parameters}
     for key, p in found.items():
