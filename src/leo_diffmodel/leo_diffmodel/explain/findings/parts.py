@@ -17,6 +17,7 @@ from leo_diffmodel.explain.findings.findings import Part, Range, RecordingValue,
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.last_fits import Finished
 from leo_diffmodel.explain.problem import likelihood
+from leo_diffmodel.explain.problem.candidates import at_limit
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, widens
 from leo_diffmodel.explain.problem.problem import Problem
@@ -85,10 +86,16 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
         if rival is None or rival in told or abs(behind) >= gates.told_nats:
             continue
         told.add(rival)
-        if not widens(rival, candidate):
+        if not widens(rival, candidate) and not _far_away(rival, other.fit):
             near = behind < gates.margin_nats
             same = same_thing(candidate, rival, facts) if near else None
             yield Rival(rival, other.fit, behind, same)
+
+
+def _far_away(candidate: Candidate, fitted: Fit) -> bool:
+    """Whether an effect acts from as far away as it may be: a constant one under another name."""
+    own = zip(candidate.parameters, fitted.own(candidate), strict=True)
+    return any(p.role == 'position' and at_limit(p, v, v) for p, v in own)
 
 
 def _in_place_of(effect: Candidate, names: Names, other: Names, facts: Facts) -> Candidate | None:

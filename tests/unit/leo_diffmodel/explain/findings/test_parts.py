@@ -11,7 +11,7 @@ from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.findings.parts import rivals, shown_for
-from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
@@ -66,17 +66,24 @@ def test_a_slide_has_its_own_units():
 
 
 def test_what_stands_in_place_of_an_effect_may_stand_beside_other_names_of_the_rest():
-    """On a single hinge a force and a shifted centre of mass turn gravity alike."""
-    pool = {c.effect.name: c for c in candidates(Model(TORQUE)) if c.where != 'all'}
+    """On a single hinge a force and a shifted centre of mass turn gravity alike.
+
+    A spring that rests as far away as it may is a constant torque, and no rival.
+    """
+    model = Model(TORQUE)
+    able = (limited(c, model, SETTINGS.grids) for c in candidates(model) if c.where != 'all')
+    pool = {c.effect.name: c for c in able}
+    far = SimpleNamespace(own=lambda c: [p.high for p in c.parameters])
 
     def known(behind, *names):
-        return SimpleNamespace(names=frozenset(pool[n] for n in names), behind=behind, fit=None)
+        return SimpleNamespace(names=frozenset(pool[n] for n in names), behind=behind, fit=far)
 
     mine = known(0.0, 'torque_scale', 'external_force')
     sets = [
         mine,
         known(0.5, 'armature', 'link_com'),
         known(0.7, 'armature', 'external_force'),
+        known(0.8, 'joint_spring', 'external_force'),
         known(0.9, 'coulomb_friction', 'bias_torque'),
         known(1.0, 'link_mass', 'external_force'),
         known(1e4, 'viscous_friction', 'link_com'),
