@@ -46,6 +46,10 @@ class Search:
     untried: tuple[str, ...] = ()  # what there was no time for, in words
     # what is left of a set when folds have judged its effects
     judge: Callable[[estimating.Estimate], Scored] | None = field(default=None, repr=False)
+    # the sets near a fitted one, of the pool or of what it holds
+    near: Callable[[estimating.Estimate], estimating.Extension] | None = field(
+        default=None, repr=False
+    )
     # of a set, as the chosen one has had it
     last_fit: Callable[[Scored], estimating.Estimate] | None = field(default=None, repr=False)
 
@@ -137,6 +141,7 @@ def search(
         resamples=resamples,
         untried=(*found.untried, *(['longer windows'] if late else [])),
         judge=partial(judged, found),
+        near=lambda at: fits.near(at, pool, found.progress),
         last_fit=last_fit,
     )
 

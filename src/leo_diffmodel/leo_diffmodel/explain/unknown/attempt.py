@@ -88,6 +88,12 @@ class Attempt:
         at = self.scored.at._replace(fit=fitted)
         return replace(self, scored=replace(self.scored, at=at))
 
+    def beside(self, at: Estimate, base: Fit) -> 'Attempt':
+        """This law in another fitted hypothesis that holds it, of which `base` has the rest."""
+        held = at.fit.hypothesis.candidates
+        last = sorted(range(len(held)), key=lambda i: held[i] == self.candidate)
+        return judged(at._replace(fit=at.fit.reordered(last)), base, self.left, self.law)
+
     def on(self, base: Fit) -> 'Attempt':
         """This attempt with the very effects of a fit, of which another process gives copies."""
         hypothesis = base.hypothesis.with_candidate(self.candidate)
@@ -125,7 +131,13 @@ def joined(
         trace = _trace(left, law) / left.root
         linear = _linear_fit(posed.problem, base, hypothesis, theta, trace)
         return Attempt(law, left, base, score(Estimate(posed, linear)))
-    made = scored(Estimate(posed, fit(posed.problem, hypothesis, theta, base.start)))
+    fitted = fit(posed.problem, hypothesis, theta, base.start)
+    return judged(Estimate(posed, fitted), base, left, law)
+
+
+def judged(at: Estimate, base: Fit, left: Influence, law: Law) -> Attempt:
+    """A hypothesis fitted with a law, by what it predicts of the folds left out."""
+    made = scored(at)
     if law.read:  # what it saves in each fold because its curve was read from that fold, too
         curve, number = law.curve.score, np.unique(made.fold, return_inverse=True)[1]
         owed = (curve.fitted - curve.left_out) / np.bincount(number)

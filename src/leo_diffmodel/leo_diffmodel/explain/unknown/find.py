@@ -13,7 +13,9 @@ from itertools import islice
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.explain.estimate import trials
 from leo_diffmodel.explain.estimate.estimator import Estimate, FIT, Progress
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import Scored, weigh
 from leo_diffmodel.explain.select.search import Search
@@ -42,6 +44,9 @@ def find(
         if found.problem.late():
             return None
         best = _best(found, named, laws) if laws else None
+        if best and best.effect and not found.problem.numerics.sparing:
+            _near(found, named, laws, best)
+            best = _best(found, named, laws)
         if best and not rest_of(found.problem, found.null, best.fit).matters:
             break
     gates = found.weight.gates
@@ -53,6 +58,25 @@ def find(
 def without(found: Search, law: Attempt) -> Search:
     """The search with the named effects that stay next to a law, fitted without it."""
     return replace(found, final=law.base, chosen=found.known(law.named) or found.chosen)
+
+
+def _near(
+    found: Search, named: dict[Names, Scored], laws: dict[Names, Attempt], law: Attempt
+) -> None:
+    """Fit a law with the named effects that linear algebra finds best beside it.
+
+    Those that were chosen without it may have stood for a part of it.
+    """
+    assert found.near
+    for at in found.near(law.scored.at).larger:
+        names = at.names - {law.candidate}
+        if law.candidate in at.names and at.names not in laws:
+            if names not in named:
+                rest = Hypothesis(tuple(names), at.fit.hypothesis.constants)
+                theta = rest.carried(at.fit.hypothesis, at.fit.theta)
+                base = fit(found.problem, rest, theta, found.null.start)
+                named[names] = scored(at._replace(fit=base))
+            laws[at.names] = law.beside(at, named[names].fit)
 
 
 def _best(found: Search, named: Named, laws: dict[Names, Attempt]) -> Attempt | None:
