@@ -21,7 +21,8 @@ class Spatial(Compiled):
     """Inertia and bias of a tree with any leading axes.
 
     Inertial figures are floats, or arrays (S, 1) that scan S values, (W,) or (S, W) of W windows
-    that differ; so is gravity, m/s2. `leading` are the axes of these. The world is figures
+    that differ, or (K, S, W) where they change over K sample periods; so is gravity, m/s2.
+    `leading` are the axes of these, `of_states` those of one period. The world is figures
     (S, L, FIGURES) and gravity (S,), for the compiled functions.
     """
 
@@ -29,6 +30,8 @@ class Spatial(Compiled):
         self.tree = _tree(joints)
         figures, gravity = _figures([bodies[joint.child] for joint in joints], gravity)
         self.leading = gravity.shape if gravity.size > 1 else ()
+        scanned = len(self.leading) < 3 or self.leading[1:2] != (1,)
+        self.of_states = self.leading[-2:] if scanned else self.leading[-1:]
         self.world = figures.reshape(-1, len(joints), FIGURES), gravity.reshape(-1)
 
     def kicked(

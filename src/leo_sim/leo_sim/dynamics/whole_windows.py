@@ -85,7 +85,7 @@ def run(
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
     scanned = (v for v in (cut.inputs, cut.enabled) if v is not None and v.shape[1] > 1)
     axes += [*loop_axes(laws), *(v.shape[1:-1] for v in scanned)]
-    lead = common(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
+    lead = common(q.shape[:-1], dq.shape[:-1], tree.of_states, *axes)
     driving = _driving(laws, cut, held.memory, (lead, size))
     gears = Play(*(rows(v, lead, size) for v in play))
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
@@ -94,7 +94,7 @@ def run(
     company = near, laws.needs_load, gears.gap, lead, driving, size
     others, kept, known = _company(*company)
     windows = math.prod(lead) // (1 + others)
-    bodies = tree.tree, *tree.world, tree.each(lead), others
+    bodies = tree.tree, *tree.world, tree.each(lead), math.prod(tree.leading[-2:]), others
     told = (*bodies, kept, known, driving, gears, *bent, *loops, angles, rates)
     shares = parts(windows, math.prod(lead) * len(cut.parts) * size, LEAST)
     if len(shares) > 1:

@@ -80,6 +80,7 @@ def run(
     figures: Array,
     gravity: Array,
     each: int,
+    own: int,
     others: int,
     kept: Array,
     known: int,
@@ -96,7 +97,8 @@ def run(
 ) -> None:
     """Fill angles and rates (K + 1, N, J) of windows from `begin` to `end` after the first sample.
 
-    Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
+    Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`;
+    where there are more than `own`, each sample period has as many of its own.
     Of N = R x W states those W apart go together, R = 1 + `others`. Of the first ones what the
     others need is kept, or `known`, in (W, substeps, (KEPT + 3) J + 5 J^2), if that has rows.
     Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
@@ -110,11 +112,14 @@ def run(
     world = World(tree, figures, gravity, numbers, windows)
     torques = Torques(driving, laws, bent, looped, behind)
     for w in range(begin, end):
-        step = 0
-        _begun(world, each, play, w, q, dq, work)
+        step = first = 0
+        _begun(world, play, w, q, dq, work)
         for k in range(driving.parts.shape[0]):
             work.h[0, 0] = driving.h[k, w]
             if driving.first[k]:
+                for r in range(rows):
+                    world.of[r] = first + ((r * windows + w) // each) % own
+                first = (first + own) % figures.shape[0]
                 _sampled(world, torques, w, k, known, rooms, tangents, work)
             _drift(0.5, work)
             for _ in range(driving.parts[k]):
@@ -197,10 +202,9 @@ def _reached(w: int, windows: int, q: Array, dq: Array, work: Work) -> Any:
 
 
 @compiled_in_place
-def _begun(world: World, each: int, play: Play, w: int, q: Array, dq: Array, work: Work) -> Any:
+def _begun(world: World, play: Play, w: int, q: Array, dq: Array, work: Work) -> Any:
     for r in range(work.q.shape[0]):
         n = r * world.windows + w
-        world.of[r] = (n // each) % world.figures.shape[0]
         for j in range(work.q.shape[1]):
             work.q[r, j], work.dq[r, j] = q[0, n, j], dq[0, n, j]
             work.gap[r, j] = play.gap[at(play.gap, n), j]

@@ -72,6 +72,7 @@ EFFECTS: dict[str, Effect] = {
         servos.GoalRate(),
         joints.SupplySag(),
         sensors.EncoderEccentricity(),
+        links.LatePayload(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""

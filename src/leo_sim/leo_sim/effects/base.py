@@ -79,6 +79,7 @@ class Effect:
     late: ClassVar[bool] = False  # the sensor hook shows the state of all joints `delay` s ago
     of_rates: ClassVar[bool] = False  # it shows in measured rates alone
     undivided: ClassVar[bool] = False  # it acts at all its places at once, as one: at 'all'
+    onset: ClassVar[bool] = False  # the body hook changes with the time of a run: see `at`
     uses_load: bool = False  # the torque hook looks at `load`, which costs time to compute
     remembers: bool = False  # the torque hook takes `memory` as a last argument; see `remember`
     timed: bool = False  # its memory starts as the time s since the run began, not as None
@@ -136,6 +137,10 @@ class Effect:
 
     def ground(self, p: Values, ground: Ground) -> Ground:
         raise NotImplementedError
+
+    def at(self, placed: 'Placed', time: Numbers) -> 'Placed':
+        """What it is at a time since the run began, s: itself but where `onset`."""
+        return placed
 
     def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         """Measured angles and rates of true ones, and the memory.

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects on the inertial figures of links, and forces on them."""
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.description.robot import Robot
-from leo_sim.effects.base import Body, Effect, Parameter, Values
+from leo_sim.effects.base import Body, Effect, Parameter, Placed, Values
 
 ASKEW = 1e-6  # rad between axes that are not parallel
+HANGS = 0.4  # s
 
 
 class _Link(Effect):
@@ -91,7 +94,7 @@ class Payload(_InSpace):
         Parameter('m', 'kg', low=0.0, role='amplitude'),
         *(Parameter(axis, 'm', times='m', role='position') for axis in 'xyz'),
     )
-    together = ('link_mass', 'link_com')
+    together: ClassVar[tuple[str, ...]] = ('link_mass', 'link_com')
     equation = 'the link and a point mass m at (x, y, z), as one body'
     looks_like = 'A link is heavier, at a place of its own.'
     confused_with = 'link_mass with link_com: another inertia; the same of a link beyond it.'
@@ -106,6 +109,31 @@ class Payload(_InSpace):
         reduced = link.mass * added / mass
         inertia = tuple(i + reduced * t for i, t in zip(link.inertia, turned, strict=True))
         return link._replace(mass=mass, com=com, inertia=inertia)
+
+
+class LatePayload(Payload):
+    """A payload that is hung on about the time t0 of a run: from 8 to 92 % within a second."""
+
+    name = 'late_payload'
+    family = 'load'
+    parameters = (*Payload.parameters, Parameter('t0', 's', low=0.0, role='shape'))
+    together = ()
+    equation = (
+        'a payload at (x, y, z) of m (1 + tanh((t - t0) / 0.4)) / 2, t from the start of a run'
+    )
+    looks_like = 'From one moment on a link is heavier; all was right before.'
+    confused_with = 'payload, where it was there nearly all along; torque_fade, warming_friction.'
+    reveal = 'Motion over large angles for some seconds before and after.'
+    onset = True
+
+    def at(self, placed: Placed, time: Numbers) -> Placed:
+        p = placed.parameters
+        there = np.round(0.5 + 0.5 * np.tanh((time - p['t0']) / HANGS), 4)
+        return replace(placed, effect=Payload(), parameters={**p, 'm': there * p['m']})
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        """Not of a walker, whose runs take seconds."""
+        return () if robot.contacts else super().places(robot)
 
 
 class ExternalForce(_InSpace):

@@ -30,6 +30,7 @@ UNDRIVEN = 'constant torques at joints without a motor'
 CURVED = 'law of angle and speed like it'
 VARYING = 'dry friction but of one level'
 FORCE = 'constant forces'
+HUNG = 'masses that change with time'
 PLAY = 'play in a gear'
 SUPPLY = 'a supply that sags'
 COMMAND = 'dead bands or other bent laws of commands'
@@ -63,6 +64,8 @@ def lacking(placed: Placed, robot: Robot, format_name: str) -> set[str]:
 def needs(placed: Placed, robot: Robot) -> set[str]:
     """What a format must hold for an effect of a robot to be in it, one or more of the above."""
     effect, p = placed.effect, placed.parameters
+    if effect.onset:
+        return {HUNG}
     if effect.hook == 'body':
         body = effect.body(p, Body(1.0, (0.0,) * 3, (1.0,) * 3 + (0.0,) * 3))
         return {FORCE} if any(body.force) else {INERTIA}

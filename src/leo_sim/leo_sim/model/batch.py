@@ -88,30 +88,37 @@ def _rolled(
     model: Model, batch: Batch, near: bool | whole_windows.Along = False
 ) -> tuple[Any, Any]:
     history, inputs, periods, push = batch.history, batch.inputs, batch.periods, batch.push
-    laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
+    laws = model.laws if history is None else model.reading_laws
     memory: Memory = {TIME: batch.start[..., None]}
     if batch.held is not None:
         memory = {**memory, HELD: batch.held}
     recalled: Memory = {}
     if history is not None:
         rates = laws.true_state(batch.q0, batch.dq0)[1]
-        memory, recalled = warmed(model, history, rates, memory)
+        memory, recalled = warmed(model.at(batch.start[:, None]), history, rates, memory)
     q, dq, settled = laws.sensors.true_state(batch.q0, batch.dq0, recalled)
     memory = {**memory, **settled}
     if whole_windows.possible(laws, q, inputs):
         given = Held(inputs, periods, batch.enabled, push, memory)
-        step = model.integration_step
-        read = whole_windows.run(laws, model.spatial, q, dq, given, step, near)
+        step, tree = model.integration_step, model.at(_amid(batch)[:, None]).spatial
+        read = whole_windows.run(laws, tree, q, dq, given, step, near)
         return np.moveaxis(read[0], 0, -2), np.moveaxis(read[1], 0, -2)
     measured = [laws.sense(q, dq, memory)]
-    for k in range(inputs.shape[-2]):
+    for k, time in enumerate(_amid(batch)):
         h, count = _substep(periods[:, k], model.integration_step)
         pushed = 0.0 if push is None else push[..., k, :]
         period = Period(inputs[..., k, :], _on(batch.enabled, k), h, count, pushed)
-        q, dq, memory = model.integrate(laws, dynamics, q, dq, memory, period)
+        then = model.at(time).rigid
+        q, dq, memory = model.integrate(laws, then, q, dq, memory, period)
         measured.append(laws.sense(q, dq, memory))
     angles, rates = (np.broadcast_arrays(*each) for each in zip(*measured, strict=True))
     return np.stack(angles, axis=-2), np.stack(rates, axis=-2)
+
+
+def _amid(batch: Batch) -> Array:
+    """The time amid each sample period since the run began, s, (K, W, 1)."""
+    ends = batch.start[:, None] + np.cumsum(batch.periods, axis=-1)
+    return np.asarray((ends - 0.5 * batch.periods).T[..., None])
 
 
 def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[Memory, Memory]:

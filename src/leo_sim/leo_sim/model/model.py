@@ -97,6 +97,8 @@ class Model:
         self.limits = dict(limits or {})
         self.by_recording = checked_by_recording(self.robot, by_recording or {})
         self.laws = Laws(self.robot, self.effects, self.constants)
+        self._late = any(placed.effect.onset for placed in self.effects)
+        self._then: Model | None = None
 
     def changed(self, **changes: Any) -> 'Model':
         """A model with another robot, effects, constants, engine or integration_step."""
@@ -118,6 +120,20 @@ class Model:
             for path, values in self.by_recording.items()
         }
         return self.changed(constants={**self.constants, **own}, by_recording={})
+
+    def at(self, time: Any) -> 'Model':
+        """The model at times since the run began, s, that broadcast with its parameters.
+
+        Of one time it is the last one, as long as nothing has changed.
+        """
+        if not self._late:
+            return self
+        effects = tuple(placed.effect.at(placed, time) for placed in self.effects)
+        if np.ndim(time):
+            return self.changed(effects=effects)
+        if self._then is None or effects != self._then.effects:
+            self._then = self.changed(effects=effects)
+        return self._then
 
     def start(
         self, pose: str = 'nominal', rng: np.random.Generator | None = None, elapsed: float = 0.0
@@ -175,7 +191,12 @@ class Model:
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
         period = Period(u, on, dt / count, count, push)
         now = state.q, state.dq, state.memory
-        return State(*self._integrate(self.laws, self._dynamics, *now, period))
+        if not self._late:
+            return State(*self._integrate(self.laws, self._dynamics, *now, period))
+        time = float(np.max(state.memory.get(TIME, 0.0)))
+        then = self.at(time + 0.5 * dt)
+        q, dq, memory = self._integrate(then.laws, then._dynamics, *now, period)
+        return State(q, dq, {**memory, TIME: np.array([time + dt])})
 
     def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Measured angles and rates (J,), without noise."""
@@ -206,14 +227,11 @@ class Model:
         tree = self.robot.joints, self.laws.bodies, self.laws.gravity
         if len(self.robot.joint_names) == 1 and not self.robot.copies:
             return Single(*tree)
-        return Planar(*tree) if self.robot.contacts else Spatial(*tree)
+        return Planar(*tree) if self.robot.contacts else self.spatial
 
     @cached_property
     def spatial(self) -> Spatial:
         """The tree's dynamics, compiled, however few its joints."""
-        rigid = self.rigid
-        if isinstance(rigid, Spatial):
-            return rigid
         return Spatial(self.robot.joints, self.laws.bodies, self.laws.gravity)
 
     @cached_property

@@ -40,6 +40,7 @@ LAST_DRAWN = 'measurement_delay'
 """Effects that joined the catalogue after it are hidden by files alone: seeds keep secrets."""
 
 PLACE = 0.1  # of a payload, from the origin of its link [m]
+BEGINS = (3.0, 15.0)  # when a late one is hung on [s]
 SETTLES = (2.0, 10.0)  # time constant of what changes while it runs [s]
 WINDOWS, SECONDS = 16, 0.5
 
@@ -138,9 +139,10 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng)
         return {'mu': (0.0, 0.3), 'mu2': (0.0, 2.0 / strongest)}
     if name == 'joint_spring':
         return {'k': (0.0, 1.0), 'rest': (angle, 0.0)}
-    if name == 'payload':
+    if name in ('payload', 'late_payload'):
         x, z = PLACE * math.cos(angle), PLACE * math.sin(angle)
-        return {'m': (0.0, 1.0), 'x': (x, 0.0), 'z': (z, 0.0)}
+        begin = {'t0': (rng.uniform(*BEGINS), 0.0)} if name == 'late_payload' else {}
+        return {'m': (0.0, 1.0), 'x': (x, 0.0), 'z': (z, 0.0), **begin}
     if name == 'torque_ripple':
         return {'a': (0.0, 1.0), 'n': (float(rng.integers(2, 9)), 0.0), 'phase': (angle, 0.0)}
     if {p.name for p in parameters} in ({'x', 'z'}, {'a', 'b'}):

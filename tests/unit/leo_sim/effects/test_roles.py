@@ -22,7 +22,7 @@ PLACED = [
     for e in EFFECTS.values()
     if e.applies(r)
 ]
-UNTOLD = ('quadratic_load_friction', 'voltage_push', 'payload', 'smooth_friction')
+UNTOLD = 'quadratic_load_friction', 'voltage_push', 'payload', 'late_payload', 'smooth_friction'
 """No unit tells that a square is an amplitude too, that volts are added and not cut off, that a
 length is a place, or that a torque without stiction is dry friction."""
 

@@ -67,6 +67,7 @@ IN_NONE = {
     'voltage_push': {'v': 0.1},
     'voltage_deadband': {'v': 1.0},
     'external_force': {'z': 1.0},
+    'late_payload': {'m': 0.1},
     'encoder_scale': {'k': 1.1},
     'encoder_eccentricity': {'a': 0.1},
     'warming_friction': {'c': 0.1, 'c_start': 0.2},

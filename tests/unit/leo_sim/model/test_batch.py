@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Batched rollouts: scans, uneven times, histories, constants."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from tests.models import modelled
+from tests.models import modelled, stepped
 
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -156,3 +158,23 @@ def test_a_step_takes_a_push_as_well(engine):
     pushed = plain.step(state, [1.0], 0.02, push=np.array([2e-3]))
     assert pushed.dq == pytest.approx(biased.step(state, [1.0], 0.02).dq, abs=1e-9)
     assert abs(pushed.dq - plain.step(state, [1.0], 0.02).dq) > 0.1
+
+
+@pytest.mark.parametrize('robot', [ROBOT, ARM], ids=['pendulum', 'double_pendulum'])
+@pytest.mark.parametrize('slow', [(), ('actuator_lag', {'tau': 0.02}), ('backlash', {'gap': 0.1})])
+def test_a_payload_that_is_hung_on_is_the_same_in_steps_and_in_windows(robot, slow):
+    values = {'m': 0.02, 'x': 0.03, 'z': 0.04}
+    late = modelled(robot, ('late_payload', values | {'t0': 3.05}), *([slow] if slow else []))
+    joints = len(robot.joint_names)
+    inputs = 0.3 * RNG.uniform(-1, 1, (2, 30, joints)) * robot.limits
+    begun, q0 = np.array([0.5, 3.0]), np.full((2, joints), 2.0)
+    q, _ = rollout(late, q0, 0 * q0, inputs, 0.01, start=begun)
+    for w, elapsed in enumerate(begun):
+        state = replace(late.state_from(q0[w], 0 * q0[w]), memory={'time': np.array([elapsed])})
+        assert q[w] == pytest.approx(stepped(late, inputs[w], state=state)[0], abs=1e-9)
+    before, after = (
+        rollout(modelled(robot, *some, *([slow] if slow else [])), q0, 0 * q0, inputs, 0.01)[0]
+        for some in ((), [('payload', values)])
+    )
+    assert q[0] == pytest.approx(before[0], abs=1e-9)
+    assert abs(q[1] - before[1]).max() > 1e-6 < abs(q[1] - after[1]).max()

@@ -86,6 +86,11 @@ class Scanner:
         base, theta = self._problem.base, self._null.theta
         return self._null.hypothesis.model(base, theta).laws.bodies[link].com
 
+    def onsets(self, count: int) -> tuple[float, ...]:
+        """When something may begin, s since a run did."""
+        longest = self._problem.windows.spans.max()
+        return tuple(np.linspace(0.0, longest, count + 2)[1:-1])
+
     def small(self, candidate: Candidate, begin: Array, direction: Array, size: float) -> float:
         """A size, or less, that changes predictions by no more than where they are straight."""
         change = self.change(candidate, (begin + size * direction)[None])
@@ -148,6 +153,8 @@ class Scanner:
         return most * np.array(grids.dead_bands)
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
+        if candidate.effect.onset and parameter.unit == 's':
+            return self.onsets(len(self.grids.shape_seconds))
         return self._scales.shapes(candidate.effect.name, parameter, self.grids)
 
     def _constants(self, by_theta: Array) -> Array | None:

@@ -92,11 +92,17 @@ def terms_of(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
 
 
 def _at_places(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
-    """A mass at the centre of a link, or as far beyond it, and its first moments about there."""
+    """A mass at the centre of a link, or as far beyond it, and its first moments about there.
+
+    Of one that is there from some time on, at several times.
+    """
     parameters = candidate.parameters
     centre = dict(zip('xyz', scanner.centre(candidate.where), strict=True))
-    for far in scanner.grids.places:
-        begin = np.array([far * centre[p.name] if p.times else p.neutral for p in parameters])
+    late = candidate.effect.onset
+    onsets = scanner.onsets(scanner.grids.onsets) if late else (0.0,)
+    for far, onset in itertools.product(scanner.grids.places, onsets):
+        also = {p.name: far * centre[p.name] if p.times else onset for p in parameters[1:]}
+        begin = np.array([also.get(p.name, p.neutral) for p in parameters])
         mass = _straight(candidate, begin, 0, scanner)
         others = [
             Column(mass.direction + scanner.sizes(candidate, p)[1] * unit, -np.inf, np.inf, True)

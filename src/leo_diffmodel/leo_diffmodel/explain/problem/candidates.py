@@ -141,7 +141,8 @@ def _fixed(parameter: Parameter, candidate: Candidate, grids: Grids) -> tuple[fl
         return grids.gain
     if unit == 's':
         longest = HISTORY if effect.late else grids.lag_seconds
-        most = longest if parameter.role == 'delay' else grids.drift_seconds
+        drifts = inf if effect.onset else grids.drift_seconds
+        most = longest if parameter.role == 'delay' else drifts
         return -most, most
     if unit == 'rad':
         shift = grids.offset if effect.hook == 'sensor' else inf

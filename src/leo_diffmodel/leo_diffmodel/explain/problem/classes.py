@@ -180,7 +180,7 @@ CLASSES = (
     ),
 )
 
-WELDED = 'link_inertia', 'payload'
+WELDED = 'link_inertia', 'payload', 'late_payload'
 """They add to the whole body, whichever of its links they are said of."""
 PAIR = (
     'note: about a fixed axis a constant downward force is also a heavier link whose inertia '

@@ -61,6 +61,7 @@ class Grids:
     shape_shares: tuple[float, ...] = (0.05, 0.25)
     """What shapes an effect without scaling it, such as the rate at which friction falls."""
     shape_seconds: tuple[float, ...] = (3.0, 20.0)  # s: times that shape an effect
+    onsets: int = 12  # moments of the longest recording at which something may begin
     directions: tuple[float, ...] = (-pi / 2, 0.0, pi / 2, pi)
     """rad: angles within a turn that shape an effect."""
     most_periods: int = 16
