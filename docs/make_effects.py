@@ -48,6 +48,7 @@ SHOWN: dict[str, dict[str, float]] = {
     'servo_stiffness': {'k': 1.6},
     'servo_damping': {'d': 0.8},
     'goal_rate': {'rate': 4.0},
+    'goal_acceleration': {'a': 15.0},
     'external_force': {'x': 3.0, 'z': 0.0},
     'gravity': {'x': 3.0, 'z': 0.0},
     'warming_friction': {'c': 0.3, 'c_start': 0.8, 'T': 0.15},
