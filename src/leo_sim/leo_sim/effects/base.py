@@ -103,6 +103,10 @@ class Effect:
         """
         return self._by_law(p, u), memory
 
+    def begun(self, q: Array, dq: Array) -> Any:
+        """The memory of the command hook where a servo reads q and dq at first; None for None."""
+        return None
+
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque added at the joints, N m; for `dry` effects the one that opposes dq.
 

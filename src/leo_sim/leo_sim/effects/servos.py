@@ -67,7 +67,7 @@ class ServoDamping(_Servo):
 class GoalRate(_Servo):
     """The servo lets its goal move no faster than `rate`, its profile velocity.
 
-    The memory of `command` is that goal; at the start it is where the first command says.
+    The memory of `command` is that goal; at the start it is where the joint is.
     """
 
     name = 'goal_rate'
@@ -83,18 +83,20 @@ class GoalRate(_Servo):
     def servo(self, p: Values, loop: Loop) -> Loop:
         return loop._replace(goal_rate=p['rate'])
 
+    def begun(self, q: Array, dq: Array) -> Any:
+        return q
+
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """The goal amid the next dt s, and at their end."""
-        before = u if memory is None else memory
         most = p['rate'] * dt
-        end = np.clip(u, before - most, before + most)
-        return np.clip(u, before - 0.5 * most, before + 0.5 * most), end
+        end = np.clip(u, memory - most, memory + most)
+        return np.clip(u, memory - 0.5 * most, memory + 0.5 * most), end
 
 
 class GoalAcceleration(_Servo):
     """The servo lets the rate of its goal change no faster than `a`, its profile acceleration.
 
-    The memory of `command` is that goal and its rate.
+    The memory of `command` is that goal and its rate; at the start they are those of the joint.
     """
 
     name = 'goal_acceleration'
@@ -110,11 +112,13 @@ class GoalAcceleration(_Servo):
     def servo(self, p: Values, loop: Loop) -> Loop:
         return loop._replace(goal_acceleration=p['a'])
 
+    def begun(self, q: Array, dq: Array) -> Any:
+        return np.stack(np.broadcast_arrays(q, dq))
+
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """The mean goal over the next dt s; goal and rate at their end, (2, ..., A)."""
-        now = np.stack([u, np.zeros_like(u)]) if memory is None else memory
         count = max(1, round(float(np.max(dt)) / BRAKING))
-        goals = []
+        now, goals = memory, []
         for _ in range(count):
             now, goal = _braked(p, u, now, np.maximum(dt, 1e-12) / count)
             goals.append(goal)

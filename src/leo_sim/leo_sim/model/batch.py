@@ -97,7 +97,7 @@ def _rolled(
         rates = laws.true_state(batch.q0, batch.dq0)[1]
         memory, recalled = warmed(model.at(batch.start[:, None]), history, rates, memory)
     q, dq, settled = laws.sensors.true_state(batch.q0, batch.dq0, recalled)
-    memory = {**memory, **settled}
+    memory = {**laws.begun(q, dq), **memory, **settled}
     if whole_windows.possible(laws, q, inputs):
         given = Held(inputs, periods, batch.enabled, push, memory)
         step, tree = model.integration_step, model.at(_amid(batch)[:, None]).spatial

@@ -95,15 +95,17 @@ def difference_steps(
 
     A law with a corner (dry friction, a dead zone) is straight only between two samples that
     change sides; a step that holds many of these sees the slope that the loss has over the width
-    of its minimum. Without standard errors a small share of what it is away from neutral.
+    of its minimum. Without standard errors a small share of what it is away from neutral, or of
+    itself where that is less: a limit is neutral where it is as good as none.
     """
-    away = np.abs(theta - hypothesis.neutral)
-    step = numerics.difference * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
+    size, away = np.abs(theta), np.abs(theta - hypothesis.neutral)
+    away = np.where(size > 0, np.minimum(away, size), away)
+    step = numerics.difference * np.maximum(away, 1e-2 * np.maximum(size, 1e-6))
     step = np.maximum(step, numerics.least_turn * hypothesis.turns)
     if errors is not None:
         width, longest = hypothesis.high - hypothesis.low, numerics.longest_difference
         known = np.where(np.isfinite(width), longest * width, 0.0)
-        most = np.maximum(np.maximum(np.abs(theta), away), known)
+        most = np.maximum(np.maximum(size, away), known)
         step = np.clip(errors, step, np.maximum(step, longest * most))
     return np.where(theta + step > hypothesis.high, -step, step)
 
