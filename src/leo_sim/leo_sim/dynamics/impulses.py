@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.inertia import at, Factor
+from leo_sim.dynamics.inertia import at
 
 SWEEPS = 50
 SETTLED = 1e-12  # rad/s
@@ -31,16 +31,17 @@ class Contact(NamedTuple):
 
 
 def settled(
-    contact: Contact, factor: Factor, h: Numbers, dq: Array, motor: Any
+    contact: Contact, inverse: Array, h: Numbers, dq: Array, motor: Any
 ) -> tuple[Any, Any]:
     """Rates (..., J) of joints and motor sides after all impulses of h s.
 
-    Dq and motor are those without impulses; there is no motor side without dead zones.
+    Dq and motor are those without impulses; there is no motor side without dead zones. Inverse is
+    that of the inertia, (..., J, J).
     """
     size, moved = np.shape(dq)[-1], [dq, 0.0 if motor is None else motor]
-    shape = common(*(np.shape(f)[:-1] for f in (*contact, *moved, h)), factor.inverse.shape[:-2])
+    shape = common(*(np.shape(f)[:-1] for f in (*contact, *moved, h)), inverse.shape[:-2])
     rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
-    answers = rows(factor.inverse, shape, (size, size))
+    answers = rows(inverse, shape, (size, size))
     parts = Contact(*(rows(f, shape, size) for f in contact))
     _sweep(rates, speeds, answers, rows(h, shape, 1), parts)
     rates, speeds = (m.reshape(*shape, size) for m in (rates, speeds))

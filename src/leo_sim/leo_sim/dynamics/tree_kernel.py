@@ -13,8 +13,9 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.planar import HINGE, SLIDE
 
+FIXED, HINGE, SLIDE = 0, 1, 2
+KINDS = {'fixed': FIXED, 'revolute': HINGE, 'continuous': HINGE, 'prismatic': SLIDE}
 FIGURES = 13
 FRAME, WEIGHT, SCREW = 12, 13, 6
 

@@ -15,7 +15,6 @@ from leo_msgs_py.names import look_up, nearest
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
-from leo_sim.dynamics.planar import Planar
 from leo_sim.dynamics.spatial import Single, Spatial
 from leo_sim.dynamics.substep import integrate, Period, substeps
 from leo_sim.effects.base import Placed
@@ -206,7 +205,7 @@ class Model:
         tree = self.robot.joints, self.laws.bodies, self.laws.gravity
         if len(self.robot.joint_names) == 1 and not self.robot.copies:
             return Single(*tree)
-        return Planar(*tree) if self.robot.contacts else Spatial(*tree)
+        return Spatial(*tree)
 
     @cached_property
     def spatial(self) -> Spatial:
