@@ -127,15 +127,7 @@ def advance_periods(
             inertia(tree, room, mass[n])
             bias_torques(tree, own, down, n, ahead, room, bias)
             touched(tree, floor, n, room, down, touch)
-        driven = Forces(
-            forces.smooth - bias,
-            forces.drag,
-            forces.at,
-            forces.rotor,
-            forces.level,
-            forces.low,
-            forces.high,
-        )
+        driven = Forces(forces.smooth - bias, *forces[1:])
         advance(motion, mass, driven, play, touch, h, inner, held, impulses, axes)
         _linked(motion, play)
 

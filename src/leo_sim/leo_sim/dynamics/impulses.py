@@ -80,7 +80,8 @@ def swept(
                 own, was, share = answers[a, j, j], given[kind, j], 0.0
                 free = dq[n, j] - own * was
                 if kind == 0 and level[dry, j] > 0.0:
-                    total = _friction(before[at(before, n), j], free, level[dry, j] * step, own)
+                    reach = level[dry, j] * step * own
+                    total = (slowed(before[at(before, n), j], free, reach) - free) / own
                     acting += 1
                 elif kind == 1:
                     least = low[at(low, n), j] - q[here, j]
@@ -91,7 +92,7 @@ def swept(
                     share = 1.0 / rotor[at(rotor, n), j]
                     apart = motor[n, j] - dq[n, j] + (share + own) * was
                     slip = offset[at(offset, n), j]
-                    total = _gap(apart, slip, gap[wide, j], step) / (share + own)
+                    total = too_fast(apart, slip, gap[wide, j], step) / (share + own)
                     acting += 2
                 else:
                     continue
@@ -120,26 +121,24 @@ def _stopped(free: float, least: float, most: float, h: float, answer: float) ->
 
 
 @compiled_in_place
-def _friction(before: float, free: float, most: float, answer: float) -> Any:
-    """Impulse of dry friction against the motion, exact for a constant driving torque.
+def slowed(before: float, free: float, reach: float) -> Any:
+    """Rate after dry friction that changes it by `reach`, exact for a constant driving torque.
 
     The joint may come to rest within the substep; then it stays there, or turns round and
     friction changes sides, as the driving torque is below or above the level.
     """
-    reach = most * answer
     if before == 0.0:
-        return -min(max(free, -reach), reach) / answer
+        return free - min(max(free, -reach), reach)
     side = 1.0 if before > 0.0 else -1.0
-    against = (before - free) * side
-    slowed = against + reach
-    if slowed > 0.0 and abs(before) < slowed:
-        rest = abs(before) / slowed
-        return (-(1.0 - rest) * max(against - reach, 0.0) * side - free) / answer
-    return -most * side
+    against, rest = (before - free) * side, before * side
+    if against + reach > rest:
+        left = 1.0 - rest / (against + reach)
+        return -left * max(against - reach, 0.0) * side
+    return free - reach * side
 
 
 @compiled_in_place
-def _gap(apart: float, offset: float, width: float, h: float) -> Any:
-    """What a motor side is too fast for its link to keep the play within its width."""
+def too_fast(apart: float, offset: float, width: float, h: float) -> Any:
+    """By how much a motor side is too fast for its link to keep the play within its width."""
     half = 0.5 * width
     return apart - min(max(apart, (-half - offset) / h), (half - offset) / h)
