@@ -9,10 +9,11 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Array, cut, Windows
-from leo_diffmodel.watch.scene import Scene
+from leo_diffmodel.watch.scene import Scene, Timeline
 from leo_sim.model import Model
 
 WORST = 5
@@ -38,12 +39,18 @@ class Film:
     @classmethod
     def of(cls, scene: Scene, seconds: float, repaired: Model) -> Self:
         """Predict over so many seconds, again and again; ValueError: no episode is so long."""
-        windows = cut(scene.recordings, seconds, stride=seconds, history=HISTORY)
+        film = cls.over(scene.recordings, seconds, scene.model, repaired)
+        return replace(film, held=scene.blocks.held(film.windows))
+
+    @classmethod
+    def over(cls, recordings: Recordings, seconds: float, given: Model, repaired: Model) -> Self:
+        """The same of data of which none are held out."""
+        windows = cut(recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
-        begin = scene.timeline.at(windows.source, windows.start)
+        begin = Timeline.of(recordings).at(windows.source, windows.start)
         time = begin[:, None] + np.concatenate([np.zeros((windows.count, 1)), elapsed], axis=1)
-        given, held = _predicted(scene.model, windows), scene.blocks.held(windows)
-        return cls(windows, time, given, _predicted(repaired, windows), held)
+        states = _predicted(given, windows), _predicted(repaired, windows)
+        return cls(windows, time, *states, np.zeros(windows.count, bool))
 
     def repaired_by(self, model: Model) -> Self:
         return replace(self, repaired=_predicted(model, self.windows))
