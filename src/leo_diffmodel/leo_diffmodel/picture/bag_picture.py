@@ -19,8 +19,7 @@ from .canvas import Canvas, draw_ghost, draw_pose, draw_surroundings, View
 from .palette import INK
 from .take import BAR, draw_feet, Take, take
 
-KINDS = ('.png', '.gif', '.mp4')
-SOLID = '.html'  # which is written elsewhere
+KINDS = ('.png', '.gif', '.mp4', '.html')  # the last is written elsewhere
 MOST_POSES = 40
 WIDTH, HEAD, FOOT, SIDE = 1600, 54, 62, 24
 TALLEST = 420
@@ -57,8 +56,8 @@ def show(
 
 
 def check(output: Path, seconds: float | None, poses: int) -> None:
-    if output.suffix not in (kinds := (*KINDS, SOLID)):
-        raise UserError(f'{output} is none of {", ".join(kinds)}; give one of these to -o')
+    if output.suffix not in KINDS:
+        raise UserError(f'{output} is none of {", ".join(KINDS)}; give one of these to -o')
     if not output.absolute().parent.is_dir():
         raise UserError(f'cannot write {output}: {output.parent} is no folder')
     if seconds is not None and not seconds > 0:

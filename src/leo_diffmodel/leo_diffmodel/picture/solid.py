@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot as solid parts in three dimensions: the bodies and meshes that its URDF shows."""
 
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
+import re
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -13,84 +15,57 @@ from scipy.spatial import ConvexHull, QhullError
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 
-from .stick import lines_of, SHORT
-from .visuals import ball, numbers, PLAIN, points_of, Visual, visuals_of
+from .stick import cloud, lines_of, numbers, PLAIN, Shape, shapes_of, SHORT
 
 FORMATS = ('.stl', '.obj', '.dae')
-PACKAGE = 'package://'
 THICK = 0.1  # radius of a capsule, in lengths of the median line of the stick figure
 
 
-@dataclass(frozen=True)
-class Part:
-    """Triangles in the axes of a link."""
+def parts_of(robot: Robot) -> list[Shape]:
+    """What the URDF shows of each link, with faces; the lines of a link without that as capsules.
 
-    link: str
-    points: np.ndarray  # m, (N, 3)
-    faces: np.ndarray  # three points each, (M, 3)
-    colour: str  # #rrggbb
-
-
-def parts_of(robot: Robot) -> list[Part]:
-    """What the URDF shows of each link; of a moving link without that, its lines as capsules.
-
-    A wrong body is left out. UserError: a mesh is no file of the robot's folder, or a wrong one.
+    UserError: a mesh is no file of the robot's folder, or cannot be read.
     """
-    found = []
-    for visual in visuals_of(robot.urdf):
-        if visual.body.tag == 'mesh':
-            found.append(_mesh(robot.folder, visual))
-        else:
-            with suppress(ValueError, QhullError):
-                points = visual.placed(points_of(visual.body))
-                found.append(_hull(visual.link, points, visual.colour))
-    shown = {part.link for part in found}
-    return found + [part for part in _capsules(robot) if part.link not in shown]
+    found = shapes_of(robot.urdf, partial(_read, robot.folder))
+    shown = {shape.link for shape in found}
+    parts = []
+    for shape in found + [c for c in _capsules(robot) if c.link not in shown]:
+        with suppress(QhullError):  # of no size
+            faces = ConvexHull(shape.points).simplices if shape.faces is None else shape.faces
+            parts.append(replace(shape, faces=faces))
+    return parts
 
 
-def _hull(link: str, points: np.ndarray, colour: str) -> Part:
-    return Part(link, points, ConvexHull(points).simplices, colour)
-
-
-def _capsules(robot: Robot) -> Iterator[Part]:
-    """Each line of the stick figure as the hull of two balls."""
+def _capsules(robot: Robot) -> list[Shape]:
+    """Each line of the stick figure as two balls, whose hull it is."""
     pairs = [(n, *ends) for n, points in lines_of(robot) for ends in pairwise(points)]
     lines = [(n, a, b) for n, a, b in pairs if np.linalg.norm(b - a) > SHORT]
-    lengths = [float(np.linalg.norm(b - a)) for _, a, b in lines]
-    for name, a, b in lines:
-        end = THICK * float(np.median(lengths)) * ball()
-        yield _hull(name, np.concatenate([end + a, end + b]), PLAIN)
+    lengths = [np.linalg.norm(b - a) for _, a, b in lines]
+    size = THICK * np.median(lengths) if lengths else 0.0
+    ball, _ = cloud(Element('sphere', radius=str(size)))
+    return [Shape(name, np.concatenate([a + ball, b + ball]), PLAIN) for name, a, b in lines]
 
 
-def _mesh(folder: Path, visual: Visual) -> Part:
-    name = visual.body.get('filename', '')
-    path, said = _inside(folder, name), f'{folder}: mesh {name!r} of link {visual.link!r}'
-    if path is None:
-        raise UserError(f'{said} is no file in this folder; copy it there')
-    if path.suffix.lower() not in FORMATS:
-        raise UserError(f'{said} is none of {", ".join(FORMATS)}; convert it')
-    try:
-        points, faces = _read(path)
-        points = visual.placed(points * numbers(visual.body.get('scale', '1 1 1')))
-    except ValueError as error:
-        raise UserError(f'{said} cannot be drawn: {error}') from error
-    return Part(visual.link, points, faces, visual.colour)
+def _read(folder: Path, body: Element | None) -> tuple[np.ndarray, np.ndarray | None]:
+    """As `cloud`, but of a mesh the points [m] and faces of its file."""
+    if body is None or body.tag != 'mesh':
+        return cloud(body)
+    points, faces = _triangles(_inside(folder, body.get('filename', '')))
+    return points * numbers(body.get('scale', '1 1 1')), faces
 
 
-def _inside(folder: Path, name: str) -> Path | None:
-    """The file of the robot's folder that a URDF names, by that or as of a package; else None."""
-    if name.startswith(PACKAGE):
-        name = name.removeprefix(PACKAGE).partition('/')[2]
-    try:
-        path = (folder / name).resolve()
-        there = path.is_relative_to(folder.resolve()) and path.is_file()
-    except (OSError, ValueError):  # a name that no file can have
-        return None
-    return path if there else None
+def _inside(folder: Path, name: str) -> Path:
+    """The file that a URDF names, for whose package the folder stands; UserError: not in there."""
+    path = folder.joinpath(re.sub('^package://[^/]*/', '', name))
+    with suppress(OSError, ValueError):  # a name that no file can have
+        within = path.resolve().is_relative_to(folder.resolve())
+        if within and path.is_file() and path.suffix.lower() in FORMATS:
+            return path
+    raise UserError(f'the mesh {name!r} is no {", ".join(FORMATS)} in {folder}; copy it there')
 
 
-def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Points [m] and faces of a file, without others that it names; ValueError: it has none."""
+def _triangles(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Points [m] and faces of a file, without others that it names; UserError: it has none."""
     import trimesh
 
     kind = path.suffix[1:].lower()
@@ -102,7 +77,7 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
         if mesh.units:
             mesh.convert_units('meters')
     except Exception as error:  # of a damaged file anything
-        raise ValueError(f'it is damaged ({error})') from error
-    if not len(mesh.faces):
-        raise ValueError('it has no triangles')
+        raise UserError(f'{path} is damaged: {error}') from error
+    if not (len(mesh.faces) and np.isfinite(mesh.vertices).all()):
+        raise UserError(f'{path} is damaged: it has no triangles')
     return np.asarray(mesh.vertices, float), np.asarray(mesh.faces)

@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot's stick figure and the shapes of its URDF, in the plane it moves in, pose by pose."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from xml.etree.ElementTree import Element, fromstring
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from leo_sim.description.robot import Robot
+from leo_sim.description.urdf import origin
 from leo_sim.kinematics.frames import Kinematics
-
-from .visuals import PLAIN, points_of, visuals_of
 
 TOUCHING = 0.002  # a contact this near to the ground [m] is drawn as touching
 VIEWS = {1: (0, 2), 0: (1, 2), 2: (0, 1)}  # axis most hinges turn about -> the two axes one sees
 TURNING = ('revolute', 'continuous')
 SHORT = 1e-3  # lines this short are left out [m]
+ROUND = 24  # points on a circle
+PLAIN = '#3a4654'
+"""Colour of a link whose material says none."""
+Read = Callable[[Element | None], tuple[np.ndarray, np.ndarray | None]]
+"""Points of a body [m], (N, 3), and its faces, (M, 3), or None where that is their hull."""
 
 
 @dataclass(frozen=True)
@@ -125,13 +130,64 @@ class Shape:
     link: str
     points: np.ndarray  # in its axes [m], (N, 3)
     colour: str  # #rrggbb
+    faces: np.ndarray | None = None  # three points each, (M, 3); None: the hull of all
 
 
-def shapes_of(urdf: str) -> list[Shape]:
-    """Boxes, cylinders and spheres of all links of a URDF; meshes and wrong ones are left out."""
+def cloud(body: Element | None) -> tuple[np.ndarray, np.ndarray | None]:
+    """Points whose hull is a box, cylinder or sphere, and no faces; ValueError for another."""
+    if body is None:
+        raise ValueError('no geometry')
+    turn = np.linspace(0, 2 * np.pi, ROUND, endpoint=False)
+    circle = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    radius = float(body.get('radius', '0'))
+    if body.tag == 'box':
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
+        return signs * numbers(body.get('size')) / 2, None
+    if body.tag == 'cylinder':
+        lift = np.array([0.0, 0.0, float(body.get('length', '0')) / 2])
+        return np.concatenate([circle * radius - lift, circle * radius + lift]), None
+    if body.tag == 'sphere':
+        rise = turn[::2, None, None]
+        ball = circle * np.cos(rise) + np.array([0.0, 0.0, 1.0]) * np.sin(rise)
+        return ball.reshape(-1, 3) * radius, None
+    raise ValueError(f'{body.tag} is not drawn')
+
+
+def shapes_of(urdf: str, read: Read = cloud) -> list[Shape]:
+    """What all links of a URDF show and `read` knows; the rest and what is wrong is left out."""
+    root = fromstring(urdf)
+    named = {m.get('name', ''): colour for m in root.findall('material') if (colour := _rgb(m))}
     found = []
-    for visual in visuals_of(urdf):
-        with suppress(ValueError):
-            points = visual.placed(points_of(visual.body))
-            found.append(Shape(visual.link, points, visual.colour))
+    for link in root.findall('link'):
+        for visual in link.findall('visual'):
+            with suppress(ValueError):
+                found.append(_shape(link.get('name', ''), visual, named, read))
     return found
+
+
+def _shape(link: str, visual: Element, named: Mapping[str, str], read: Read) -> Shape:
+    """A visual of a link, of materials with these names; ValueError for a wrong one."""
+    (translation, rotation), material = origin(visual), visual.find('material')
+    colour = PLAIN
+    if material is not None:
+        colour = _rgb(material) or named.get(material.get('name', ''), PLAIN)
+    points, faces = read(visual.find('geometry/*'))
+    points = points @ rotation.T + translation
+    if not np.isfinite(points).all():
+        raise ValueError('a size is no number')
+    return Shape(link, points, colour, faces)
+
+
+def _rgb(material: Element) -> str:
+    """The colour that a material says itself; '' where it says none, or a wrong one."""
+    colour = material.find('color')
+    if colour is not None:
+        with suppress(ValueError):
+            shares = np.clip(numbers(colour.get('rgba'))[:3], 0, 1)
+            red, green, blue = (round(255 * float(share)) for share in shares)
+            return f'#{red:02x}{green:02x}{blue:02x}'
+    return ''
+
+
+def numbers(text: str | None) -> np.ndarray:
+    return np.array([float(part) for part in (text or '0 0 0').split()])

@@ -42,10 +42,6 @@ EXAMPLES = {
 """,
     'fix': '  leo bag fix bags/run1 -o bags/run1_mended --model pendulum\n',
 }
-_SHOW_ABOUT = """\
-Draw the robot of a bag: poses side by side, or an animation in real time; as .html a page that
-shows in three dimensions what was measured and, on top of it, what models predict.
-"""
 _FIX_ABOUT = """\
 Mend what is surely wrong with a log, as leo check names it, and write joint states and inputs as
 a new bag; the old one stays as it is.
@@ -120,7 +116,8 @@ def _info(argv: list[str]) -> int:
 
 
 def _show(argv: list[str]) -> int:
-    parser = _of_a_bag('show', _SHOW_ABOUT)
+    about = 'Draw the robot of a bag: poses, a film, or as .html in 3D with what models predict.'
+    parser = _of_a_bag('show', about)
     parser.add('-o --output FILE', '.png, .gif, .mp4 or .html', type=Path)
     parser.add('--model', "the bag's robot by default", default='')
     parser.add('--repaired MODEL', 'in a .html: a model to show as well')
@@ -131,18 +128,16 @@ def _show(argv: list[str]) -> int:
     parser.add('--poses N', 'in a .png (8)', default=8)
     options = parser.parse_args(argv)
 
-    solid = options.output and options.output.suffix == '.html'
-    path = _solid(options) if solid else _flat(options)
+    if options.output and options.output.suffix == '.html':
+        path = _solid(options)
+    else:
+        from leo_diffmodel.picture.bag_picture import show
+
+        part = options.at, options.seconds, options.poses
+        path = show(options.bag, options.output, options.model, *part)
     lines = [f'wrote {path}', f'next: {leo("bag", "info", options.bag)}']
     common.show(options, {'written': str(path)}, lines)
     return 0
-
-
-def _flat(options: argparse.Namespace) -> Path:
-    from leo_diffmodel.picture.bag_picture import show
-
-    part = options.at, options.seconds, options.poses
-    return show(options.bag, options.output, options.model, *part)
 
 
 def _solid(options: argparse.Namespace) -> Path:
@@ -153,8 +148,8 @@ def _solid(options: argparse.Namespace) -> Path:
     check(options.output, options.seconds, options.poses)
     named = [robot_of(options.bag, options.model), *filter(None, [options.repaired])]
     models = {name: named_model(name) for name in named}
-    part = options.topic_map, options.at, options.seconds
-    return show_solid(options.bag, options.output, models, *part)
+    part = options.at, options.seconds
+    return show_solid(options.bag, options.output, models, options.topic_map, *part)
 
 
 def _cut(argv: list[str]) -> int:

@@ -17,7 +17,7 @@ from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.picture.solid_page import solid_page
-from leo_diffmodel.watch.solid import ahead, robots
+from leo_diffmodel.watch.solid import ahead, MEASURED_FIRST
 from leo_diffmodel.watch.view import GHOSTS, heights, MODELS, View
 from leo_diffmodel.watch.worker import Report
 from leo_msgs_py.whole_file import whole
@@ -38,19 +38,16 @@ def draw(view: View, path: Path, report: Report) -> str:
     report(path.name)
     with whole(path) as part:
         if path.suffix == '.html':
-            part.write_text(_solid(view), encoding='utf-8')
+            title = f'{view.title}, {view.places[0]}; {ahead(view.seconds)}'
+            poses, labels = view.poses[:, MEASURED_FIRST], ['measured', *(n for *_, n in MODELS)]
+            page = solid_page(title, view.stage.stick.robot, view.times, poses, labels)
+            part.write_text(page, encoding='utf-8')
         elif path.suffix in PICTURES:
             Drawn(view, FINE).figure.savefig(part)
         else:
             write = write_gif if path.suffix == '.gif' else write_mp4
             write(part, _frames(view, lambda text: report(f'{path.name}, {text}')))
     return path.name
-
-
-def _solid(view: View) -> str:
-    title = f'{view.title}, at {view.places[0]}; {ahead(view.seconds)}'
-    moving = robots(view.poses, 'with the switches')
-    return solid_page(title, view.stage.stick.robot, view.times - view.times[0], moving)
 
 
 def _frames(view: View, report: Report) -> Iterator[Image.Image]:
@@ -124,9 +121,8 @@ class Drawn:
         self._ghosts = [self._ghost(stroke, *size) for _, stroke, *size in GHOSTS]
         self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
-        axes.text(
-            1.0, 0.0, ahead(self._view.seconds), transform=axes.transAxes, ha='right', **MUTED
-        )
+        note = ahead(self._view.seconds)
+        axes.text(1.0, 0.0, note, transform=axes.transAxes, ha='right', **MUTED)
         given, now, measured = self._ghosts
         named = [('measured', measured), ('as given', given), ('with the switches', now)]
         _legend(axes, named + [('on the ground', self._feet)] * (stick.ground is not None))

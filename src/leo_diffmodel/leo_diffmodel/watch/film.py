@@ -13,7 +13,7 @@ from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Array, cut, Windows
-from leo_diffmodel.watch.scene import Scene, Timeline
+from leo_diffmodel.watch.scene import Timeline
 from leo_sim.model import Model
 
 WORST = 5
@@ -34,23 +34,15 @@ class Film:
     time: Array  # of each sample on the timeline [s], shape (W, K+1)
     given: Array  # states as the model as given predicts them, shape (W, K+1, 2J)
     repaired: Array  # the same with the effects that are switched on
-    held: Array  # which windows lie wholly in held-out data, shape (W,)
 
     @classmethod
-    def of(cls, scene: Scene, seconds: float, repaired: Model) -> Self:
+    def of(cls, recordings: Recordings, seconds: float, given: Model, repaired: Model) -> Self:
         """Predict over so many seconds, again and again; ValueError: no episode is so long."""
-        film = cls.over(scene.recordings, seconds, scene.model, repaired)
-        return replace(film, held=scene.blocks.held(film.windows))
-
-    @classmethod
-    def over(cls, recordings: Recordings, seconds: float, given: Model, repaired: Model) -> Self:
-        """The same of data of which none are held out."""
         windows = cut(recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
         begin = Timeline.of(recordings).at(windows.source, windows.start)
         time = begin[:, None] + np.concatenate([np.zeros((windows.count, 1)), elapsed], axis=1)
-        states = _predicted(given, windows), _predicted(repaired, windows)
-        return cls(windows, time, *states, np.zeros(windows.count, bool))
+        return cls(windows, time, _predicted(given, windows), _predicted(repaired, windows))
 
     def repaired_by(self, model: Model) -> Self:
         return replace(self, repaired=_predicted(model, self.windows))
