@@ -65,7 +65,8 @@ class Table(RichTable):
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterable[Any]:
         for column in (c for c in self.columns if c.no_wrap):
-            width = max(cell_len(str(c)) for c in (column.header, *column.cells))
+            lines = '\n'.join(map(str, (column.header, *column.cells))).split('\n')
+            width = max(map(cell_len, lines))
             fits = width <= options.max_width // 2  # what is wider leaves no room
             column.no_wrap, column.overflow = fits, 'fold'
             column.min_width = width if fits else None
@@ -75,7 +76,7 @@ class Table(RichTable):
             if shown.__rich_measure__(console, wide).minimum <= options.max_width:
                 break
         if left_out := [str(column.header) for column in self.columns[len(shown.columns) :]]:
-            said = f'left out for want of width: {", ".join(left_out)}'
+            said = f'left out for want of width: {listed(left_out)}'
             shown.caption = '; '.join(filter(None, [str(self.caption or ''), said]))
         yield from RichTable.__rich_console__(shown, console, options)
 

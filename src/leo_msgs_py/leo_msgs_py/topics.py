@@ -14,6 +14,8 @@ from sensor_msgs.msg import BatteryState, JointState, Temperature
 from std_msgs.msg import Bool, Float64MultiArray, String, UInt8MultiArray, UInt32
 from std_srvs.srv import SetBool, Trigger
 
+INTERFACES = ('voltage', 'effort', 'position')
+
 
 class Topic(NamedTuple):
     type: Any
@@ -37,16 +39,14 @@ LOSSLESS = QoSProfile(depth=1, history=HistoryPolicy.KEEP_ALL)
 JOINT_STATES = Topic(JointState, 'joint_states', QoSProfile(depth=10))
 # learner -> robot: V (N m, rad) in actuator order, by the interface of the robot's input
 COMMANDS = {
-    'voltage': Topic(Float64MultiArray, 'voltage_controller/commands', QoSProfile(depth=1)),
-    'effort': Topic(Float64MultiArray, 'effort_controller/commands', QoSProfile(depth=1)),
-    'position': Topic(Float64MultiArray, 'position_controller/commands', QoSProfile(depth=1)),
+    interface: Topic(Float64MultiArray, f'{interface}_controller/commands', QoSProfile(depth=1))
+    for interface in INTERFACES
 }
 # robot -> recorder: what was really applied, V (N m) in `effort`, rad in `position`, NaN where
 # the motor is free
 APPLIED = {
-    'voltage': Topic(JointState, 'robot/applied_voltage', QoSProfile(depth=10)),
-    'effort': Topic(JointState, 'robot/applied_effort', QoSProfile(depth=10)),
-    'position': Topic(JointState, 'robot/applied_position', QoSProfile(depth=10)),
+    interface: Topic(JointState, f'robot/applied_{interface}', QoSProfile(depth=10))
+    for interface in INTERFACES
 }
 # hardware that measures them -> recorder: V; A in `effort`; deg C, frame_id = joint
 SUPPLY = Topic(BatteryState, 'robot/supply', QoSProfile(depth=10))

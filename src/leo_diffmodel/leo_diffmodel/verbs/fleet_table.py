@@ -19,7 +19,7 @@ def show(answers: Mapping[str, dict], rows: Sequence[dict], folder: Path | None)
     for line in _verdicts(answers):
         console.print(line, highlight=False)
     if rows:
-        console.print(_fitting(console, rows))
+        console.print(_table(rows))
     for line in _outliers(rows):
         console.print(line, highlight=False)
     if folder:
@@ -34,21 +34,12 @@ def _verdicts(answers: Mapping[str, dict]) -> Iterator[str]:
         yield f'{verdict}: {listed(names, LISTED)}'
 
 
-def _fitting(console: Terminal, rows: Sequence[dict]) -> Table:
-    """The table with as many robots as fit, those that stand out in most first."""
-    wide = console.options.update(width=10 * console.width)
+def _table(rows: Sequence[dict]) -> Table:
+    """As many robots as fit, those that stand out in most first."""
     far = Counter(name for row in rows for name in row['stand_out'])
     names = sorted({name: None for row in rows for name in row['robots']}, key=lambda n: -far[n])
-    for count in range(len(names), -1, -1):
-        table = _table(rows, names[:count], len(names) - count)
-        if console.measure(table, options=wide).maximum <= console.width:
-            break
-    return table
-
-
-def _table(rows: Sequence[dict], names: Sequence[str], left_out: int) -> Table:
-    title = f'the fleet; * stands out{f"; {left_out} robots left out" * bool(left_out)}'
-    table = Table('what', *figures('median', *names), title=title)
+    heads = figures('median', *names, no_wrap=True)
+    table = Table('what', *heads, title='the fleet; * stands out', spare=len(names))
     for row in rows:
         unit = f'{row["parameter"]} [{row["unit"]}]'.strip().replace(' []', '')
         cells = (_cell(row, name) for name in names)

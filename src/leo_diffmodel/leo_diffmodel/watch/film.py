@@ -9,10 +9,11 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Array, cut, Windows
-from leo_diffmodel.watch.scene import Scene
+from leo_diffmodel.watch.scene import Timeline
 from leo_sim.model import Model
 
 WORST = 5
@@ -33,17 +34,15 @@ class Film:
     time: Array  # of each sample on the timeline [s], shape (W, K+1)
     given: Array  # states as the model as given predicts them, shape (W, K+1, 2J)
     repaired: Array  # the same with the effects that are switched on
-    held: Array  # which windows lie wholly in held-out data, shape (W,)
 
     @classmethod
-    def of(cls, scene: Scene, seconds: float, repaired: Model) -> Self:
+    def of(cls, recordings: Recordings, seconds: float, given: Model, repaired: Model) -> Self:
         """Predict over so many seconds, again and again; ValueError: no episode is so long."""
-        windows = cut(scene.recordings, seconds, stride=seconds, history=HISTORY)
+        windows = cut(recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
-        begin = scene.timeline.at(windows.source, windows.start)
+        begin = Timeline.of(recordings).at(windows.source, windows.start)
         time = begin[:, None] + np.concatenate([np.zeros((windows.count, 1)), elapsed], axis=1)
-        given, held = _predicted(scene.model, windows), scene.blocks.held(windows)
-        return cls(windows, time, given, _predicted(repaired, windows), held)
+        return cls(windows, time, _predicted(given, windows), _predicted(repaired, windows))
 
     def repaired_by(self, model: Model) -> Self:
         return replace(self, repaired=_predicted(model, self.windows))

@@ -48,7 +48,7 @@ class State:
         self.given = self.now = scene.score(scene.model)  # as given, and with what is on
         self.without: Mapping[str, float] = {}
         """Of each effect that is on, the error if it alone were off [noise floors]."""
-        self.film = Film.of(scene, self.horizon, scene.model)
+        self.film = Film.of(scene.recordings, self.horizon, scene.model, scene.model)
         self.missing = MissingOfBoth(scene)
         self.chosen: tuple[int, int] | None = None
         """The joint whose missing torque is shown, and the number of the variable against which;
@@ -117,7 +117,7 @@ class State:
         """The same switches on other data of the same robot; this state stays as it is."""
         other = type(self)(scene, self.folder)
         other.setting, other.answer, other.horizon = self.setting, self.answer, self.horizon
-        other.film = Film.of(scene, other.horizon, scene.model)
+        other.film = Film.of(scene.recordings, other.horizon, scene.model, scene.model)
         other._compute()
         other.finish()
         return other
@@ -136,7 +136,7 @@ class State:
         if seconds == self.horizon:
             return
         self.horizon = seconds
-        self.film = Film.of(self.scene, seconds, self.model)
+        self.film = Film.of(self.scene.recordings, seconds, self.scene.model, self.model)
         self.notify()
 
     def show(self, index: int) -> None:

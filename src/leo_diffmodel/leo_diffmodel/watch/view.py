@@ -166,7 +166,7 @@ def worst(state: State) -> Columns:
 def held(state: State) -> Array:
     """Begin and end of each held-out window of the film, (N, 2)."""
     film = state.film
-    return film.time[film.held][:, [0, -1]]
+    return film.time[state.scene.blocks.held(film.windows)][:, [0, -1]]
 
 
 def unit(state: State) -> str:

@@ -13,6 +13,7 @@ from leo_sim.common.broadcasting import Array
 from leo_sim.common.compiled import compiled_in_place
 from leo_sim.dynamics import contact_work as row
 from leo_sim.dynamics.contact_work import Work
+from leo_sim.dynamics.impulses import slowed, too_fast
 
 REDUNDANT = 1e-11  # share of a row's own answer that parts rows saying the same
 
@@ -37,9 +38,8 @@ def swept(h: float, grip: float, work: Work, used: int) -> Any:
         elif kind == row.GAP:
             motor = share(h, work, j)
             slip = joint[row.SPEED, j] - line[row.RATE, r] + (motor + answer) * given
-            half, offset = 0.5 * joint[row.GAP_WIDTH, j], joint[row.OFFSET, j]
-            kept = min(max(slip, (-half - offset) / h), (half - offset) / h)
-            total = (slip - kept) / (motor + answer)
+            fast = too_fast(slip, joint[row.OFFSET, j], joint[row.GAP_WIDTH, j], h)
+            total = fast / (motor + answer)
             joint[row.SPEED, j] -= (total - given) * motor
         else:
             free = line[row.RATE, r] - answer * given
@@ -188,16 +188,3 @@ def solved(a: Array, size: int) -> Any:
             a[i, size] -= a[i, c] * a[c, size]
         a[i, size] /= a[i, i]
     return True
-
-
-@compiled_in_place
-def slowed(before: float, free: float, reach: float) -> Any:
-    """Rate after dry friction, exact for a constant driving torque; see impulses.py."""
-    if before == 0.0:
-        return free - min(max(free, -reach), reach)
-    side = 1.0 if before > 0.0 else -1.0
-    against, rest = (before - free) * side, before * side
-    if against + reach > rest:
-        left = 1.0 - rest / (against + reach)
-        return -left * max(against - reach, 0.0) * side
-    return free - reach * side

@@ -27,8 +27,8 @@ from leo_sim.dynamics.contact_work import (
     Work,
 )
 from leo_sim.dynamics.ground import Floor, Touch, touched, untouched
-from leo_sim.dynamics.inertia import inverted
-from leo_sim.dynamics.planar import POSE, poses, Tree, weighed, World
+from leo_sim.dynamics.inertia import at, inverted
+from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, room_for, Tree
 
 SWEEPS = 60
 SOLVES = 20  # of them with a linear solve behind
@@ -75,10 +75,9 @@ def advance(
         np.empty(most, np.int64),
     )
     for n in range(motion.q.shape[0]):
-        longest = h[n if h.shape[0] > 1 else 0]
-        grip = touch.friction[n if touch.friction.shape[0] > 1 else 0, 0]
+        longest, grip = h[at(h, n)], touch.friction[at(touch.friction, n), 0]
         taken(n, motion, forces, play, touch, work)
-        still = held[n if held.shape[0] > 1 else 0]
+        still = held[at(held, n)]
         used = gathered(n, touch, longest * count, still, work)
         run(n, mass, longest, count, still, grip, work, used, impulses)
         for j in range(size):
@@ -92,7 +91,9 @@ def advance_periods(
     motion: Motion,
     last: Array,
     tree: Tree,
-    world: World,
+    figures: Array,
+    gravity: Array,
+    each: int,
     floor: Floor,
     forces: Forces,
     play: Play,
@@ -105,33 +106,28 @@ def advance_periods(
     """Move states in place by `count` periods of `inner` substeps of h s, as `advance` does.
 
     In one call, under laws that stay the same: the bias is not yet taken off the forces. Last are
-    the rates one period before, (N, J), and after.
+    the rates one period before, (N, J), and after. For figures and gravity see `spatial.dynamics`.
     """
     states, size = motion.q.shape
     middle, ahead = np.empty((states, size)), np.empty((states, size))
     mass, bias = np.empty((states, size, size)), np.empty((states, size))
     touch = untouched(middle, floor)
-    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
+    room = room_for(tree.kind.shape[0])
     impulses = np.zeros((*touch.over.shape, 2))
     for _ in range(count):
         for n in range(states):
-            half = 0.5 * inner * h[n if h.shape[0] > 1 else 0]
+            half = 0.5 * inner * h[at(h, n)]
             for j in range(size):
                 middle[n, j] = motion.q[n, j] + half * motion.dq[n, j]
                 ahead[n, j] = 1.5 * motion.dq[n, j] - 0.5 * last[n, j]
                 last[n, j] = motion.dq[n, j]
-            poses(tree, n, middle, ahead, pose)
-            weighed(tree, world, n, pose, lever, mass, bias)
-            touched(tree, floor, n, pose, lever, touch)
-        driven = Forces(
-            forces.smooth - bias,
-            forces.drag,
-            forces.at,
-            forces.rotor,
-            forces.level,
-            forces.low,
-            forces.high,
-        )
+            s = (n // each) % figures.shape[0]
+            own, down = figures[s], gravity[s]
+            placed(tree, own, n, middle, room)
+            inertia(tree, room, mass[n])
+            bias_torques(tree, own, down, n, ahead, room, bias)
+            touched(tree, floor, n, room, down, touch)
+        driven = Forces(forces.smooth - bias, *forces[1:])
         advance(motion, mass, driven, play, touch, h, inner, held, impulses, axes)
         _linked(motion, play)
 
@@ -140,7 +136,7 @@ def advance_periods(
 def _linked(motion: Motion, play: Play) -> Any:
     """Motor sides without play turn as their joints do."""
     for n in range(motion.q.shape[0]):
-        gap = play.gap[n if play.gap.shape[0] > 1 else 0]
+        gap = play.gap[at(play.gap, n)]
         for j in range(motion.q.shape[1]):
             if gap[j] <= 0.0:
                 motion.speed[n, j] = motion.dq[n, j]

@@ -8,6 +8,7 @@ import numpy as np
 from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place
 from leo_sim.dynamics.ground import Touch
+from leo_sim.dynamics.inertia import at
 
 STRIKING = 1e-3  # m/s, rad/s; slower impacts are not worth a cut
 SUDDEN = 20.0  # rad/s and m/s that a period may add to a rate
@@ -95,8 +96,7 @@ def taken(n: int, motion: Motion, forces: Forces, play: Play, touch: Touch, work
     first = copied(n, motion, work.joint, 0)
     first = copied(n, forces, work.joint, first)
     copied(n, play, work.joint, first)
-    soft = n if touch.stiffness.shape[0] > 1 else 0
-    damped = n if touch.damping.shape[0] > 1 else 0
+    soft, damped = at(touch.stiffness, n), at(touch.damping, n)
     for p in range(touch.over.shape[1]):
         work.stiffness[p], work.damping[p] = touch.stiffness[soft, p], touch.damping[damped, p]
         work.over[p] = touch.over[n, p]
@@ -109,9 +109,8 @@ def taken(n: int, motion: Motion, forces: Forces, play: Play, touch: Touch, work
 def copied(n: int, part: tuple[Array, ...], out: Array, first: int) -> Any:
     """Copy row n of each array of a tuple to the rows of out from `first` on; returns the next."""
     for values in part:
-        row = n if values.shape[0] > 1 else 0
         for j in range(out.shape[1]):
-            out[first, j] = values[row, j]
+            out[first, j] = values[at(values, n), j]
         first += 1
     return first
 

@@ -11,11 +11,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_msgs_py.errors import UserError
 from leo_sim.common.broadcasting import Array, Indices, Numbers, rows
 from leo_sim.common.compiled import compiled, compiled_in_place, compiled_without_gil
+from leo_sim.description.joint import Joint
 from leo_sim.description.robot import Contact, Robot
-from leo_sim.dynamics.planar import jacobian, POSE, poses, Tree, tree_of
+from leo_sim.dynamics.inertia import at
+from leo_sim.dynamics.spatial import tree_of
+from leo_sim.dynamics.tree_kernel import (
+    FIGURES,
+    HINGE,
+    KINDS,
+    moving,
+    placed,
+    Room,
+    room_for,
+    SLIDE,
+    Tree,
+)
 from leo_sim.effects.base import Ground
+
+FLAT = 1e-9
 
 
 class Floor(NamedTuple):
@@ -44,6 +60,8 @@ class Touch(NamedTuple):
 
 class Spheres:
     def __init__(self, robot: Robot, ground: Ground):
+        for joint in robot.joints:
+            _check(joint)
         self._tree = tree_of(robot.joints)
         links = {joint.child: i for i, joint in enumerate(robot.joints)}
         self._links = np.array([links[c.link] for c in robot.contacts])
@@ -86,6 +104,17 @@ class Spheres:
         return np.where(touch.over < 0, force, 0.0).reshape(*shape, -1)
 
 
+def _check(joint: Joint) -> None:
+    turned = abs(joint.rotation[4] - 1.0) < FLAT
+    hinge = KINDS[joint.kind] != HINGE or abs(abs(joint.axis[1]) - 1.0) < FLAT
+    slide = KINDS[joint.kind] != SLIDE or abs(joint.axis[1]) < FLAT
+    if not (turned and hinge and slide):
+        raise UserError(
+            f'joint {joint.name!r} leaves the x-z plane: a robot with a ground has '
+            'hinges along y and slides along x and z only'
+        )
+
+
 def _each(contacts: Sequence[Contact], name: str, of_ground: Numbers) -> Any:
     """A figure of every sphere: its own, or that of the ground, (..., P)."""
     figures = [of_ground if getattr(c, name) is None else getattr(c, name) for c in contacts]
@@ -111,31 +140,39 @@ def untouched(q: Array, floor: Floor) -> Any:
 @compiled_without_gil
 def touching(tree: Tree, floor: Floor, dq: Array, touch: Touch) -> Any:
     """Fill the geometry of a `Touch` at its angles and the rates (N, J)."""
-    q, size = touch.at, touch.at.shape[1]
-    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
-    for n in range(q.shape[0]):
-        poses(tree, n, q, dq, pose)
-        touched(tree, floor, n, pose, lever, touch)
+    links = tree.kind.shape[0]
+    room, weightless = room_for(links), np.zeros((links, FIGURES))
+    for n in range(dq.shape[0]):
+        placed(tree, weightless, n, touch.at, room)
+        moving(tree, weightless, 0.0, n, dq, room)
+        touched(tree, floor, n, room, 0.0, touch)
 
 
 @compiled_in_place
-def touched(tree: Tree, floor: Floor, n: int, pose: Array, lever: Array, touch: Touch) -> Any:
-    """Fill row n of a `Touch` from the poses of the links; lever (3, J) is room to work in."""
-    angle = floor.slope[n if floor.slope.shape[0] > 1 else 0]
+def touched(tree: Tree, floor: Floor, n: int, room: Room, gravity: float, touch: Touch) -> Any:
+    """Fill row n of a `Touch` from links that are placed and moving under gravity, m/s2."""
+    angle = floor.slope[at(floor.slope, n)]
     up, along = np.cos(angle), np.sin(angle)
+    frame, speed, pull = room.frame, room.speed, room.pull
     for p in range(floor.links.shape[0]):
-        i = floor.links[p]
-        c, s = pose[i, 10], pose[i, 11]
-        rx = c * floor.places[p, 0] - s * floor.places[p, 1]
-        rz = s * floor.places[p, 0] + c * floor.places[p, 1]
-        x, z, turn = pose[i, 1] + rx, pose[i, 2] + rz, pose[i, 3]
-        ax, az = pose[i, 6] - turn * turn * rx, pose[i, 7] - turn * turn * rz
-        rise = up * (pose[i, 5] + turn * rx) - along * (pose[i, 4] - turn * rz)
+        i, px, pz = floor.links[p], floor.places[p, 0], floor.places[p, 1]
+        x = frame[i, 9] + frame[i, 0] * px + frame[i, 2] * pz
+        z = frame[i, 11] + frame[i, 6] * px + frame[i, 8] * pz
+        turn = speed[i, 1]
+        vx, vz = speed[i, 3] + turn * z, speed[i, 5] - turn * x
+        ax, az = pull[i, 3] + turn * vz, pull[i, 5] - gravity - turn * vx
         touch.bend[n, p, 0] = up * az - along * ax
-        touch.bend[n, p, 1] = up * ax + along * az + turn * rise
+        touch.bend[n, p, 1] = up * ax + along * az - turn * (up * vz - along * vx)
         centre = up * z - along * x
         touch.over[n, p] = centre - floor.places[p, 2]
-        jacobian(tree, pose, i, x + along * centre, z - up * centre, lever)
-        for j in range(lever.shape[1]):
-            touch.normal[n, p, j] = up * lever[1, j] - along * lever[0, j]
-            touch.tangent[n, p, j] = up * lever[0, j] + along * lever[1, j]
+        x, z = x + along * centre, z - up * centre
+        for j in range(touch.at.shape[1]):
+            touch.normal[n, p, j] = touch.tangent[n, p, j] = 0.0
+        while i >= 0:
+            j = tree.column[i]
+            if j >= 0:
+                vx = room.screw[i, 3] + room.screw[i, 1] * z
+                vz = room.screw[i, 5] - room.screw[i, 1] * x
+                touch.normal[n, p, j] += up * vz - along * vx
+                touch.tangent[n, p, j] += up * vx + along * vz
+            i = tree.parent[i]

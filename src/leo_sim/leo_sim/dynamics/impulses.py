@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.inertia import at, Factor
+from leo_sim.dynamics.inertia import at
 
 SWEEPS = 50
 SETTLED = 1e-12  # rad/s
@@ -31,16 +31,17 @@ class Contact(NamedTuple):
 
 
 def settled(
-    contact: Contact, factor: Factor, h: Numbers, dq: Array, motor: Any
+    contact: Contact, inverse: Array, h: Numbers, dq: Array, motor: Any
 ) -> tuple[Any, Any]:
     """Rates (..., J) of joints and motor sides after all impulses of h s.
 
-    Dq and motor are those without impulses; there is no motor side without dead zones.
+    Dq and motor are those without impulses; there is no motor side without dead zones. Inverse is
+    that of the inertia, (..., J, J).
     """
     size, moved = np.shape(dq)[-1], [dq, 0.0 if motor is None else motor]
-    shape = common(*(np.shape(f)[:-1] for f in (*contact, *moved, h)), factor.inverse.shape[:-2])
+    shape = common(*(np.shape(f)[:-1] for f in (*contact, *moved, h)), inverse.shape[:-2])
     rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
-    answers = rows(factor.inverse, shape, (size, size))
+    answers = rows(inverse, shape, (size, size))
     parts = Contact(*(rows(f, shape, size) for f in contact))
     _sweep(rates, speeds, answers, rows(h, shape, 1), parts)
     rates, speeds = (m.reshape(*shape, size) for m in (rates, speeds))
@@ -79,7 +80,8 @@ def swept(
                 own, was, share = answers[a, j, j], given[kind, j], 0.0
                 free = dq[n, j] - own * was
                 if kind == 0 and level[dry, j] > 0.0:
-                    total = _friction(before[at(before, n), j], free, level[dry, j] * step, own)
+                    reach = level[dry, j] * step * own
+                    total = (slowed(before[at(before, n), j], free, reach) - free) / own
                     acting += 1
                 elif kind == 1:
                     least = low[at(low, n), j] - q[here, j]
@@ -90,7 +92,7 @@ def swept(
                     share = 1.0 / rotor[at(rotor, n), j]
                     apart = motor[n, j] - dq[n, j] + (share + own) * was
                     slip = offset[at(offset, n), j]
-                    total = _gap(apart, slip, gap[wide, j], step) / (share + own)
+                    total = too_fast(apart, slip, gap[wide, j], step) / (share + own)
                     acting += 2
                 else:
                     continue
@@ -119,26 +121,24 @@ def _stopped(free: float, least: float, most: float, h: float, answer: float) ->
 
 
 @compiled_in_place
-def _friction(before: float, free: float, most: float, answer: float) -> Any:
-    """Impulse of dry friction against the motion, exact for a constant driving torque.
+def slowed(before: float, free: float, reach: float) -> Any:
+    """Rate after dry friction that changes it by `reach`, exact for a constant driving torque.
 
     The joint may come to rest within the substep; then it stays there, or turns round and
     friction changes sides, as the driving torque is below or above the level.
     """
-    reach = most * answer
     if before == 0.0:
-        return -min(max(free, -reach), reach) / answer
+        return free - min(max(free, -reach), reach)
     side = 1.0 if before > 0.0 else -1.0
-    against = (before - free) * side
-    slowed = against + reach
-    if slowed > 0.0 and abs(before) < slowed:
-        rest = abs(before) / slowed
-        return (-(1.0 - rest) * max(against - reach, 0.0) * side - free) / answer
-    return -most * side
+    against, rest = (before - free) * side, before * side
+    if against + reach > rest:
+        left = 1.0 - rest / (against + reach)
+        return -left * max(against - reach, 0.0) * side
+    return free - reach * side
 
 
 @compiled_in_place
-def _gap(apart: float, offset: float, width: float, h: float) -> Any:
-    """What a motor side is too fast for its link to keep the play within its width."""
+def too_fast(apart: float, offset: float, width: float, h: float) -> Any:
+    """By how much a motor side is too fast for its link to keep the play within its width."""
     half = 0.5 * width
     return apart - min(max(apart, (-half - offset) / h), (half - offset) / h)

@@ -1,43 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """The inverse of an inertia, and how a body moves with it: kick and motion of a substep."""
 
-import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, common, Numbers, rows
-from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
+from leo_sim.common.broadcasting import Array, Numbers
+from leo_sim.common.compiled import compiled_in_place
 
 
-class Factor(NamedTuple):
-    """The inverse of an inertia (..., J, J) plus a diagonal (..., J)."""
-
-    inverse: Any
-
-    def solve(self, right: Array) -> Any:
-        """Accelerations (..., J) under the torques `right` (..., J)."""
-        size = self.inverse.shape[-1]
-        if size == 1:
-            return self.inverse[..., 0] * right
-        shape = common(self.inverse.shape[:-2], right.shape[:-1])
-        out = np.empty((math.prod(shape), size))
-        times(rows(self.inverse, shape, (size, size)), rows(right, shape, size), out)
-        return out.reshape(*shape, size)
-
-    def response(self, joint: int) -> Any:
-        """Rates (..., J) that a unit impulse at a joint causes."""
-        return self.inverse[..., joint, :]
+def inverse_of(mass: Any, diagonal: Array) -> Any:
+    """Of an inertia (..., J, J) plus a diagonal (..., J)."""
+    if mass.shape[-1] == 1:
+        return 1.0 / (mass + np.asarray(diagonal)[..., None])
+    return np.linalg.inv(mass + np.asarray(diagonal)[..., None] * np.eye(mass.shape[-1]))
 
 
-def factor(mass: Any, diagonal: Array) -> Factor:
-    size, diagonal = mass.shape[-1], np.asarray(diagonal, dtype=float)
-    if size == 1:
-        return Factor(1.0 / (mass + diagonal[..., None]))
-    shape = common(mass.shape[:-2], diagonal.shape[:-1])
-    inverse = np.empty((math.prod(shape), size, size))
-    invert(rows(mass, shape, (size, size)), rows(diagonal, shape, size), inverse)
-    return Factor(inverse.reshape(*shape, size, size))
+def answered(inverse: Any, torques: Array) -> Any:
+    """Accelerations (..., J) under torques (..., J)."""
+    return (inverse @ torques[..., None])[..., 0]
 
 
 class Dynamics:
@@ -65,75 +46,18 @@ class Dynamics:
 
     def kicked(
         self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
-    ) -> tuple[Any, Factor]:
-        """Rates (..., J) after h s without impulses, and the factor of the inertia.
+    ) -> tuple[Any, Any]:
+        """Rates (..., J) after h s without impulses, and the inverse of the inertia.
 
         The diagonal, rotors and implicit drag, kg m2, is added to the inertia. Driving torques
         are without the bias, N m; `held` is the same less dry friction, for the mean rates that
         the bias is taken at.
         """
         mass, bias = self.mass_and_bias(q, dq)
-        found = factor(mass, diagonal)
+        inverse = inverse_of(mass, diagonal)
         if bias.shape[-1] > 1:
-            bias = self.bias(q, dq + (0.5 * h) * found.solve(held - bias))
-        return dq + h * found.solve(driving - bias), found
-
-
-class Compiled(Dynamics):
-    """A body whose inertia and bias one compiled function fills, over any leading axes."""
-
-    leading: tuple[int, ...]  # axes of the inertial figures
-
-    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
-        """Leading axes of what is computed for such states."""
-        return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
-
-    def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
-        """Fill bias (N, J) for states (N, J) of these axes, and mass (N, J, J) if it has rows."""
-        raise NotImplementedError
-
-    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        shape, size = self.axes(q, dq), np.shape(q)[-1]
-        mass = np.empty((math.prod(shape), size, size))
-        bias = self._filled(shape, q, dq, mass)
-        return mass.reshape(*shape, size, size), bias
-
-    def bias(self, q: Array, dq: Array) -> Any:
-        size = np.shape(q)[-1]
-        return self._filled(self.axes(q, dq), q, dq, np.empty((0, size, size)))
-
-    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array) -> Any:
-        size = np.shape(q)[-1]
-        states = rows(q, shape, size, True), rows(dq, shape, size, True)
-        bias = np.empty(states[0].shape)
-        self.fill(shape, *states, mass, bias)
-        return bias.reshape(*shape, size)
-
-
-@compiled_without_gil
-def invert(mass: Array, diagonal: Array, inverse: Array) -> None:
-    """Fill inverse (N, J, J) with that of mass plus a diagonal (N, J)."""
-    size = mass.shape[1]
-    for n in range(inverse.shape[0]):
-        a = inverse[n]
-        for i in range(size):
-            for j in range(size):
-                a[i, j] = mass[at(mass, n), i, j]
-            a[i, i] += diagonal[at(diagonal, n), i]
-        inverted(size, 0, a)
-
-
-@compiled_without_gil
-def times(matrix: Array, vector: Array, out: Array) -> None:
-    """Fill out (N, J) with matrices (N, J, J) times vectors (N, J)."""
-    size = out.shape[1]
-    for n in range(out.shape[0]):
-        left, right = at(matrix, n), at(vector, n)
-        for i in range(size):
-            total = 0.0
-            for j in range(size):
-                total += matrix[left, i, j] * vector[right, j]
-            out[n, i] = total
+            bias = self.bias(q, dq + (0.5 * h) * answered(inverse, held - bias))
+        return dq + h * answered(inverse, driving - bias), inverse
 
 
 @compiled_in_place

@@ -3,7 +3,7 @@
 
 Inertia, bias, laws and contact geometry are evaluated once per period of some substeps, at its
 middle; the compiled kernel then runs the substeps. Both are of second order. Rates in the bias
-are extrapolated to the middle with the change over the period before. With planar dynamics a
+are extrapolated to the middle with the change over the period before. With our own dynamics a
 period is one compiled call, unless a law asks for the load; where the laws stay what they are
 while the input is held, all periods are.
 """
@@ -19,7 +19,7 @@ from leo_sim.dynamics.contact_kernel import advance, advance_periods
 from leo_sim.dynamics.contact_work import Forces, Motion, Play
 from leo_sim.dynamics.ground import Spheres, Touch
 from leo_sim.dynamics.inertia import Dynamics
-from leo_sim.dynamics.planar import Planar
+from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import Drag, DRIVE, Period, rested, slowing
 from leo_sim.laws.laws import HELD, Laws, Memory
 
@@ -53,8 +53,8 @@ def integrate(
     h = np.asarray(h * (count / (periods * inner)))
     u, on, memory = laws.command(inputs, enabled, memory, inner * h)
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
-    planar = dynamics if isinstance(dynamics, Planar) and not laws.needs_load else None
-    together = periods if planar and laws.steady and not laws.remembers else 1
+    tree = dynamics if isinstance(dynamics, Spatial) and not laws.needs_load else None
+    together = periods if tree and laws.steady and not laws.remembers else 1
     loop = _InnerLoop(laws, spheres, drag, push, h, inner)
     last, driven, pressed = dq, None, None
     for i in range(0, periods, together):
@@ -63,9 +63,9 @@ def integrate(
         middle, now = q + (0.5 * inner * h) * dq, dq
         fixed: _Driven | None = driven if laws.steady else None
         law = partial(loop.driven, middle, dq, memory, u, on, before=driven)
-        if planar:
-            driven = fixed or law(None, planar.axes(q, dq))
-            q, dq, memory = loop.moved_on(driven, planar, q, dq, last, memory, together)
+        if tree:
+            driven = fixed or law(None, tree.axes(q, dq))
+            q, dq, memory = loop.moved_on(driven, tree, q, dq, last, memory, together)
         else:
             ahead = 1.5 * dq - 0.5 * last
             mass, bias = dynamics.mass_and_bias(middle, ahead)
@@ -170,7 +170,7 @@ class _InnerLoop(NamedTuple):
     def moved_on(
         self,
         driven: _Driven,
-        dynamics: Planar,
+        dynamics: Spatial,
         q: Array,
         dq: Array,
         last: Array,
@@ -180,10 +180,11 @@ class _InnerLoop(NamedTuple):
         """State and memory after `count` periods; last are the rates one period before."""
         shape, size = driven.shape, q.shape[-1]
         motion, last = self._motion(shape, q, dq, memory), rows(last, shape, size, True).copy()
-        place = dynamics.tree, dynamics.world(shape), self.spheres.floor(shape)
+        world = *dynamics.world, dynamics.each(shape), self.spheres.floor(shape)
         h, held, axes = rows(self.h, shape, 1)[:, 0], _still(memory, shape), tuple(range(size))
         advance_periods(
-            motion, last, *place, driven.forces, driven.play, h, self.inner, count, held, axes
+            *(motion, last, dynamics.tree, *world, driven.forces, driven.play),
+            *(h, self.inner, count, held, axes),
         )
         return self._state(shape, motion, memory)
 

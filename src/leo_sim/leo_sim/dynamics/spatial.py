@@ -11,13 +11,20 @@ from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.common.compiled import compiled_without_gil
 from leo_sim.description.joint import columns, Joint
 from leo_sim.description.urdf import Body
-from leo_sim.dynamics.inertia import at, Compiled, Dynamics, Factor, inverted, kicked
-from leo_sim.dynamics.planar import KINDS
-from leo_sim.dynamics.tree_kernel import bias_torques, FIGURES, inertia, placed, room_for, Tree
+from leo_sim.dynamics.inertia import at, Dynamics, inverted, kicked
+from leo_sim.dynamics.tree_kernel import (
+    bias_torques,
+    FIGURES,
+    inertia,
+    KINDS,
+    placed,
+    room_for,
+    Tree,
+)
 from leo_sim.kinematics.frames import turning_parts
 
 
-class Spatial(Compiled):
+class Spatial(Dynamics):
     """Inertia and bias of a tree with any leading axes.
 
     Inertial figures are floats, or arrays (S, 1) that scan S values, (W,) or (S, W) of W windows
@@ -27,7 +34,7 @@ class Spatial(Compiled):
     """
 
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
-        self.tree = _tree(joints)
+        self.tree = tree_of(joints)
         figures, gravity = _figures([bodies[joint.child] for joint in joints], gravity)
         self.leading = gravity.shape if gravity.size > 1 else ()
         scanned = len(self.leading) < 3 or self.leading[1:2] != (1,)
@@ -36,7 +43,7 @@ class Spatial(Compiled):
 
     def kicked(
         self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
-    ) -> tuple[Any, Factor]:
+    ) -> tuple[Any, Any]:
         size, h = q.shape[-1], np.asarray(h)
         shape = common(self.axes(q, dq), *(f.shape[:-1] for f in (diagonal, driving, held, h)))
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
@@ -44,7 +51,7 @@ class Spatial(Compiled):
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
         steps = rows(h, shape, 1)
         kick(self.tree, *self.world, self.each(shape), *states, *given, steps, inverse, rates)
-        return rates.reshape(*shape, size), Factor(inverse.reshape(*shape, size, size))
+        return rates.reshape(*shape, size), inverse.reshape(*shape, size, size)
 
     def each(self, shape: tuple[int, ...]) -> int:
         """How many states in a row, of those with such leading axes, have the same figures."""
@@ -53,8 +60,26 @@ class Spatial(Compiled):
             inner += 1
         return math.prod(shape[len(shape) - inner :] if self.leading else shape)
 
-    def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
-        dynamics(self.tree, *self.world, self.each(shape), q, dq, mass, bias)
+    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
+        """Leading axes of what is computed for such states."""
+        return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
+
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
+        shape, size = self.axes(q, dq), np.shape(q)[-1]
+        mass = np.empty((math.prod(shape), size, size))
+        bias = self._filled(q, dq, mass)
+        return mass.reshape(*shape, size, size), bias
+
+    def bias(self, q: Array, dq: Array) -> Any:
+        return self._filled(q, dq, np.empty((0, 0, 0)))
+
+    def _filled(self, q: Array, dq: Array, mass: Array) -> Any:
+        """Bias torques (..., J); fills mass, (N, J, J), if it has rows."""
+        shape, size = self.axes(q, dq), np.shape(q)[-1]
+        states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        bias = np.empty(states[0].shape)
+        dynamics(self.tree, *self.world, self.each(shape), *states, mass, bias)
+        return bias.reshape(*shape, size)
 
 
 class Single(Dynamics):
@@ -78,7 +103,7 @@ class Single(Dynamics):
         return self._mean + self._cosine * np.cos(q) + self._sine * np.sin(q)
 
 
-def _tree(joints: Sequence[Joint]) -> Tree:
+def tree_of(joints: Sequence[Joint]) -> Tree:
     links = {joint.child: i for i, joint in enumerate(joints)}
     return Tree(
         np.array([KINDS[j.kind] for j in joints]),

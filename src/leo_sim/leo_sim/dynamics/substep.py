@@ -70,7 +70,7 @@ def kick(
         if torques.level is None
         else driving - np.sign(dq) * (np.abs(dq) > STILL) * torques.level
     )
-    rates, factor = dynamics.kicked(q, dq, geared + (0.5 * h) * drag.joint, driving, held, h)
+    rates, inverse = dynamics.kicked(q, dq, geared + (0.5 * h) * drag.joint, driving, held, h)
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory
     low, high = laws.stops or (-np.inf, np.inf)
@@ -80,7 +80,7 @@ def kick(
     level = 0.0 if torques.level is None else torques.level
     gap, side, slip = (0.0, 1.0, 0.0) if laws.gap is None else (laws.gap, rotor, offset)
     contact = Contact(level, low, high, gap, side, slip, q, dq)
-    rates, motor_speed = settled(contact, factor, h, rates, free)
+    rates, motor_speed = settled(contact, inverse, h, rates, free)
     if laws.gap is not None:
         motor_speed = np.where(laws.gap > 0, motor_speed, rates)
         slip = offset + h * (motor_speed - rates)

@@ -13,10 +13,12 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.planar import HINGE, SLIDE
 
+FIXED, HINGE, SLIDE = 0, 1, 2
+KINDS = {'fixed': FIXED, 'revolute': HINGE, 'continuous': HINGE, 'prismatic': SLIDE}
 FIGURES = 13
 FRAME, WEIGHT, SCREW = 12, 13, 6
+RESTING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Tree(NamedTuple):
@@ -68,6 +70,23 @@ def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> A
 def row(screws: Array, i: int) -> Any:
     s = screws
     return s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
+
+
+@compiled_in_place
+def put(screws: Array, i: int, screw: Any) -> Any:
+    for k in range(6):
+        screws[i, k] = screw[k]
+
+
+@compiled_in_place
+def carried(moving: Any, screws: Array, i: int) -> Any:
+    """A screw times row i of screws: how that changes as it is carried along."""
+    wx, wy, wz, vx, vy, vz = moving
+    ax, ay, az, bx, by, bz = row(screws, i)
+    a, b, c = cross(wx, wy, wz, ax, ay, az)
+    d, e, f = cross(wx, wy, wz, bx, by, bz)
+    g, h, j = cross(vx, vy, vz, ax, ay, az)
+    return a, b, c, d + g, e + h, f + j
 
 
 @compiled_in_place
@@ -214,28 +233,16 @@ def moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: 
     screw, speed, pull, force = room.screw, room.speed, room.pull, room.force
     for i in range(tree.kind.shape[0]):
         above = tree.parent[i]
-        wx, wy, wz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        tx, ty, tz, px, py, pz = 0.0, 0.0, 0.0, 0.0, 0.0, gravity
+        above_speed, above_pull = RESTING, (0.0, 0.0, 0.0, 0.0, 0.0, gravity)
         if above >= 0:
-            wx, wy, wz = speed[above, 0], speed[above, 1], speed[above, 2]
-            vx, vy, vz = speed[above, 3], speed[above, 4], speed[above, 5]
-            tx, ty, tz = pull[above, 0], pull[above, 1], pull[above, 2]
-            px, py, pz = pull[above, 3], pull[above, 4], pull[above, 5]
+            above_speed, above_pull = row(speed, above), row(pull, above)
+        put(speed, i, above_speed)
+        put(pull, i, above_pull)
         if tree.column[i] >= 0:
-            go = dq[n, tree.column[i]]
-            ax, ay, az = go * screw[i, 0], go * screw[i, 1], go * screw[i, 2]
-            bx, by, bz = go * screw[i, 3], go * screw[i, 4], go * screw[i, 5]
-            tx += wy * az - wz * ay
-            ty += wz * ax - wx * az
-            tz += wx * ay - wy * ax
-            px += (wy * bz - wz * by) + (vy * az - vz * ay)
-            py += (wz * bx - wx * bz) + (vz * ax - vx * az)
-            pz += (wx * by - wy * bx) + (vx * ay - vy * ax)
-            wx, wy, wz, vx, vy, vz = wx + ax, wy + ay, wz + az, vx + bx, vy + by, vz + bz
-        speed[i, 0], speed[i, 1], speed[i, 2] = wx, wy, wz
-        speed[i, 3], speed[i, 4], speed[i, 5] = vx, vy, vz
-        pull[i, 0], pull[i, 1], pull[i, 2] = tx, ty, tz
-        pull[i, 3], pull[i, 4], pull[i, 5] = px, py, pz
+            go, turned = dq[n, tree.column[i]], carried(above_speed, screw, i)
+            for k in range(6):
+                speed[i, k] += go * screw[i, k]
+                pull[i, k] += go * turned[k]
         taken = taken_by(room.weight, i, speed, pull, 0.0)
         away = pulling(room.weight, i, figures)
         for k in range(6):

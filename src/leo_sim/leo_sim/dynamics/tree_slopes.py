@@ -16,9 +16,12 @@ from leo_sim.common.broadcasting import Array
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.dynamics.tree_kernel import (
     along,
+    carried,
     cross,
     momentum,
     pulling,
+    put,
+    RESTING,
     Room,
     row,
     SCREW,
@@ -52,17 +55,6 @@ def slopes_for(links: int, joints: int) -> Any:
 
 
 @compiled_in_place
-def _moved(
-    wx: float, wy: float, wz: float, vx: float, vy: float, vz: float, s: Array, i: int
-) -> Any:
-    """A screw times row i of screws: how that changes as it is carried along."""
-    a, b, c = cross(wx, wy, wz, s[i, 0], s[i, 1], s[i, 2])
-    d, e, f = cross(wx, wy, wz, s[i, 3], s[i, 4], s[i, 5])
-    g, h, j = cross(vx, vy, vz, s[i, 0], s[i, 1], s[i, 2])
-    return a, b, c, d + g, e + h, f + j
-
-
-@compiled_in_place
 def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: Slopes) -> Any:
     """Fill all at the state whose links are placed and moving; row n of `faster` is its ddq."""
     size = out.by_angle.shape[0]
@@ -70,7 +62,7 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
         for k in range(size):
             out.by_angle[j, k] = out.by_rate[j, k] = 0.0
     for i in range(tree.kind.shape[0]):
-        carried(tree, i, room, n, faster, out)
+        moved_along(tree, i, room, n, faster, out)
         _stirred(i, room, out)
     for i in range(tree.kind.shape[0] - 1, -1, -1):
         if tree.column[i] >= 0:
@@ -86,31 +78,21 @@ def slopes(tree: Tree, figures: Array, room: Room, n: int, faster: Array, out: S
 
 
 @compiled_in_place
-def carried(tree: Tree, i: int, room: Room, n: int, faster: Array, out: Slopes) -> Any:
+def moved_along(tree: Tree, i: int, room: Room, n: int, faster: Array, out: Slopes) -> Any:
     """Fill the acceleration of link i, and how its screw changes with that of its parent."""
     above, turn, screw = tree.parent[i], out.turn, room.screw
-    wx, wy, wz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(6):
-        turn[i, k] = room.pull[i, k]
+    above_speed, above_turn = RESTING, (0.0, 0.0, 0.0, 0.0, 0.0, room.pull[i, 5])
+    put(turn, i, row(room.pull, i))
     if above >= 0:
         for k in range(6):
             turn[i, k] += turn[above, k] - room.pull[above, k]
-        wx, wy, wz = room.speed[above, 0], room.speed[above, 1], room.speed[above, 2]
-        vx, vy, vz = room.speed[above, 3], room.speed[above, 4], room.speed[above, 5]
+        above_speed, above_turn = row(room.speed, above), row(turn, above)
     if tree.column[i] < 0:
         return
-    p = _moved(wx, wy, wz, vx, vy, vz, screw, i)
-    out.spin[i, 0], out.spin[i, 1], out.spin[i, 2] = p[0], p[1], p[2]
-    out.spin[i, 3], out.spin[i, 4], out.spin[i, 5] = p[3], p[4], p[5]
-    q = _moved(wx, wy, wz, vx, vy, vz, out.spin, i)
-    tx, ty, tz, ux, uy, uz = 0.0, 0.0, 0.0, 0.0, 0.0, room.pull[i, 5]
-    if above >= 0:
-        tx, ty, tz = turn[above, 0], turn[above, 1], turn[above, 2]
-        ux, uy, uz = turn[above, 3], turn[above, 4], turn[above, 5]
-    r = _moved(tx, ty, tz, ux, uy, uz, screw, i)
-    out.swing[i, 0], out.swing[i, 1], out.swing[i, 2] = q[0] + r[0], q[1] + r[1], q[2] + r[2]
-    out.swing[i, 3], out.swing[i, 4], out.swing[i, 5] = q[3] + r[3], q[4] + r[4], q[5] + r[5]
+    put(out.spin, i, carried(above_speed, screw, i))
+    spun, turned = carried(above_speed, out.spin, i), carried(above_turn, screw, i)
     for k in range(6):
+        out.swing[i, k] = spun[k] + turned[k]
         turn[i, k] += screw[i, k] * faster[n, tree.column[i]]
 
 
@@ -118,7 +100,7 @@ def carried(tree: Tree, i: int, room: Room, n: int, faster: Array, out: Slopes) 
 def _stirred(i: int, room: Room, out: Slopes) -> Any:
     """Fill T, p and the inertial force of link i alone."""
     w, s, stir = room.weight, room.speed, out.stir
-    wx, wy, wz, ux, uy, uz = s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
+    wx, wy, wz, ux, uy, uz = row(s, i)
     hx, hy, hz = w[i, 1], w[i, 2], w[i, 3]
     xx, yy, zz, xy, xz, yz = w[i, 4], w[i, 5], w[i, 6], w[i, 7], w[i, 8], w[i, 9]
     trace, along = xx + yy + zz, 2.0 * (hx * ux + hy * uy + hz * uz)
@@ -135,16 +117,14 @@ def _stirred(i: int, room: Room, out: Slopes) -> Any:
     stir[i, 7] = 2.0 * (f - uz * hy) - trace * wx
     stir[i, 8] = 2.0 * (j - uz * hz) + along
     _, _, _, stir[i, 9], stir[i, 10], stir[i, 11] = momentum(w, i, wx, wy, wz, ux, uy, uz)
-    force = taken_by(w, i, s, out.turn, 0.0)
-    for k in range(6):
-        out.force[i, k] = force[k]
+    put(out.force, i, taken_by(w, i, s, out.turn, 0.0))
 
 
 @compiled_in_place
 def _joined(tree: Tree, i: int, room: Room, out: Slopes) -> Any:
     """Add what passes between joint i and those above it, of all that hangs on its link."""
     s, t, spin, swing, own = room.screw, out.stir, out.spin, out.swing, tree.column[i]
-    sx, sy, sz, vx, vy, vz = s[i, 0], s[i, 1], s[i, 2], s[i, 3], s[i, 4], s[i, 5]
+    sx, sy, sz, vx, vy, vz = row(s, i)
     px, py, pz = t[i, 9], t[i, 10], t[i, 11]
     felt = momentum(room.whole, i, sx, sy, sz, vx, vy, vz)
     gx, gy, gz = cross(px, py, pz, vx, vy, vz)

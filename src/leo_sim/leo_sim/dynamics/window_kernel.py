@@ -26,7 +26,7 @@ from leo_sim.dynamics.tree_kernel import (
     Tree,
 )
 from leo_sim.dynamics.tree_slopes import (
-    carried,
+    moved_along,
     Slopes,
     slopes,
     slopes_at_rest,
@@ -253,7 +253,7 @@ def _moved_again(world: World, w: int, room: Room, tangents: Slopes, work: Work)
     placed(world.tree, world.figures[s], 0, work.q, room)
     moving(world.tree, world.figures[s], world.gravity[s], 0, work.mean, room)
     for i in range(world.tree.kind.shape[0]):
-        carried(world.tree, i, room, 0, work.faster, tangents)
+        moved_along(world.tree, i, room, 0, work.faster, tangents)
 
 
 @compiled_in_place

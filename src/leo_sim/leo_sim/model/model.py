@@ -15,7 +15,6 @@ from leo_msgs_py.names import look_up, nearest
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
-from leo_sim.dynamics.planar import Planar
 from leo_sim.dynamics.spatial import Single, Spatial
 from leo_sim.dynamics.substep import integrate, Period, substeps
 from leo_sim.effects.base import Placed
@@ -224,10 +223,9 @@ class Model:
     @cached_property
     def rigid(self) -> Any:
         """The tree's dynamics on arrays, compiled where there are several joints."""
-        tree = self.robot.joints, self.laws.bodies, self.laws.gravity
         if len(self.robot.joint_names) == 1 and not self.robot.copies:
-            return Single(*tree)
-        return Planar(*tree) if self.robot.contacts else self.spatial
+            return Single(self.robot.joints, self.laws.bodies, self.laws.gravity)
+        return self.spatial
 
     @cached_property
     def spatial(self) -> Spatial:

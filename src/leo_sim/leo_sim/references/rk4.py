@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.dynamics.inertia import Dynamics, Factor, factor
+from leo_sim.dynamics.inertia import answered, Dynamics, inverse_of
 from leo_sim.dynamics.substep import DRIVE, Period, rested
 from leo_sim.laws.laws import Laws, Memory
 
@@ -57,25 +57,25 @@ class _System:
         torques = laws.torques(y.q, y.dq, y.speed, self.u, self.enabled, load, self.memory)
         linked = (self.gap == 0) | (phase.engaged != 0)
         driving = np.where(linked, torques.motor, 0.0) + (torques.joint + self.push)
-        inverse = factor(mass, np.where(linked, laws.rotor_inertia, 0.0))
+        inverse = inverse_of(mass, np.where(linked, laws.rotor_inertia, 0.0))
         free = driving - bias
         link = self._with_friction(inverse, free, torques.level, phase.sliding)
         inertia = np.maximum(laws.rotor_inertia, NEAR)
         rotor = np.where(linked, link, torques.motor / inertia)
         return link, rotor, torques.motor - laws.rotor_inertia * link
 
-    def _with_friction(self, inverse: Factor, free: Array, level: Any, sliding: Any) -> Any:
+    def _with_friction(self, inverse: Array, free: Array, level: Any, sliding: Any) -> Any:
         """Accelerations with friction against sliding; sticking joints are held while it can."""
         if not self.laws.dry:
-            return inverse.solve(free)
+            return answered(inverse, free)
         torque = free - sliding * level
         held = np.zeros_like(free)
         sticking = np.flatnonzero((sliding == 0) & (level > 0)).tolist()
         for _ in range(SWEEPS if len(sticking) > 1 else len(sticking)):
             for j in sticking:
-                now = inverse.solve(torque + held)[j]
-                held[j] = np.clip(held[j] - now / inverse.response(j)[j], -level[j], level[j])
-        return inverse.solve(torque + held)
+                now = answered(inverse, torque + held)[j]
+                held[j] = np.clip(held[j] - now / inverse[j, j], -level[j], level[j])
+        return answered(inverse, torque + held)
 
     def derivative(self, y: _Motion, phase: _Phase) -> _Motion:
         link, rotor, _ = self.accelerations(y, phase)
@@ -163,7 +163,7 @@ def _struck(system: _System, y: _Motion, ends: Any) -> _Motion:
     for j in np.flatnonzero(ends).tolist():
         mass, _ = system.dynamics.mass_and_bias(y.q, dq)
         diagonal = np.where(system.gap == 0, system.laws.rotor_inertia, 0.0)
-        answer = factor(mass, diagonal).response(j)
+        answer = inverse_of(mass, diagonal)[j]
         rotor = (system.laws.rotor_inertia + np.zeros_like(dq))[j]
         impulse = (speed[j] - dq[j]) / (1.0 / rotor + answer[j])
         dq = dq + answer * impulse

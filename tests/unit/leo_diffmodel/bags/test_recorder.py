@@ -83,20 +83,14 @@ def test_kill_9_costs_at_most_0_2_s_and_the_bag_reads_and_finishes(tmp_path):
     assert np.array_equal(finished.episodes[0].q, recording.episodes[0].q)
 
 
-def test_a_killed_finisher_leaves_the_bag_as_it_was(tmp_path):
-    writer, dead = BagWriter(tmp_path / 'bag'), tmp_path / 'dead'
-    channel = writer.add_topic(STATES.name, STATES.type)
-    for k in range(10):
-        writer.write(channel, state(k * 10**7), k * 10**7)
-    writer.flush()
-    content = writer.file.read_bytes()
+def test_a_killed_finisher_leaves_the_bag_as_it_was(tmp_path, unfinished):
+    dead = tmp_path / 'dead'
     dead.mkdir()
-    (dead / 'dead_0.mcap').write_bytes(content)
-    (dead / '.dead_0.mcap.finishing').write_bytes(content[:50])
+    (dead / 'dead_0.mcap').write_bytes(unfinished)
+    (dead / '.dead_0.mcap.finishing').write_bytes(unfinished[:50])
     assert len(load(dead).topics['/joint_states'].messages) == 10
     assert finish_bag(dead) is BagState.REPAIRED
     assert len(load(dead).topics['/joint_states'].messages) == 10
-    writer.close()
 
 
 def test_a_restarted_robot_gets_the_next_bag_with_what_was_latched(tmp_path, recorder):
@@ -183,6 +177,7 @@ def test_the_next_start_finishes_what_was_left_over(tmp_path):
 
 
 def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_path, recorder):
+    gc.collect()
     before = sum(isinstance(thing, ChunkIndex) for thing in gc.get_objects())
     for k in range(300):
         recorder.record(STATES, state(k), logged_ns=k + 1)

@@ -147,19 +147,14 @@ def test_a_file_that_cannot_be_made_leaves_no_folder(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_no_room_to_finish_a_left_over_bag_leaves_it_as_it_was(tmp_path, monkeypatch):
-    writer = BagWriter(tmp_path / 'whole')
-    writer.write(writer.add_topic(STATES.name, STATES.type), state(0), 0)
-    writer.flush()
-    content = writer.file.read_bytes()
-    writer.close()
+def test_no_room_to_finish_a_left_over_bag_leaves_it_as_it_was(tmp_path, unfinished, monkeypatch):
     (tmp_path / 'bag').mkdir()
-    (tmp_path / 'bag' / 'bag_0.mcap').write_bytes(content)
+    (tmp_path / 'bag' / 'bag_0.mcap').write_bytes(unfinished)
     monkeypatch.setattr('leo_diffmodel.bags.finish.os.fsync', no_room)
     assert finish_left_over(tmp_path / 'bag') == []
     assert bag_info(tmp_path / 'bag').state == 'unfinished'
     assert [path.name for path in (tmp_path / 'bag').iterdir()] == ['bag_0.mcap']
-    assert (tmp_path / 'bag' / 'bag_0.mcap').read_bytes() == content
+    assert (tmp_path / 'bag' / 'bag_0.mcap').read_bytes() == unfinished
 
 
 def test_a_removed_folder_is_noticed_at_once_and_the_next_bag_begins(tmp_path, recorder):

@@ -103,5 +103,9 @@ def test_a_wide_table_leaves_robots_out_and_cuts_no_word(capsys, monkeypatch):
     fleet_table.show(verdicts, rows, None)
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80
-    assert 'coulomb_friction:pivot' in said and '* 0.1' in said and 'robots left out' in said
+    assert (
+        'coulomb_friction:pivot' in said
+        and '* 0.1' in said
+        and 'left out for want of width: robot_' in said
+    )
     assert 'robot_5 and 34 more' in said and 'robot_39 stands out' in said

@@ -9,7 +9,6 @@ from tests.robots import like
 from leo_msgs_py.errors import UserError
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import load_robot
-from leo_sim.dynamics.planar import Planar
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.effects import place
 from leo_sim.kinematics.frames import Kinematics
@@ -141,12 +140,11 @@ def test_the_plane_is_the_tree():
         assert Gait(LEO).com_x(q[row]) == pytest.approx(centre)
 
 
-@pytest.mark.parametrize('body', [Planar, Spatial])
-def test_inverse_dynamics_are_those_of_mujoco(body):
+def test_inverse_dynamics_are_those_of_mujoco():
     theirs = mujoco.MjModel.from_xml_string(LEO.urdf)
     theirs.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     theirs.opt.gravity[:] = 0, 0, -9.81
-    data, ours = mujoco.MjData(theirs), body(LEO.joints, links_of(LEO), 9.81)
+    data, ours = mujoco.MjData(theirs), Spatial(LEO.joints, links_of(LEO), 9.81)
     names = [theirs.joint(i).name for i in range(theirs.njnt)]
     order, rng = [names.index(name) for name in JOINTS], np.random.default_rng(3)
     for _ in range(1000):

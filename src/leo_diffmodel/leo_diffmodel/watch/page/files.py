@@ -37,7 +37,7 @@ HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
 def routes(state: State) -> list[Route]:
     texts = {'numbers.csv': numbers, 'copy.html': copy}
     drawn = {'view.png': view.now, 'view.svg': view.now}
-    drawn |= {'comparison.gif': view.from_now, 'comparison.mp4': view.from_now}
+    drawn |= {f'comparison.{kind}': view.from_now for kind in ('gif', 'mp4', 'html')}
     found: list[Route] = []
     for name, content in texts.items():
         found.append((re.escape(f'/{name}'), _Text, {'state': state, 'content': content}))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The side of the page: the catalogue of effects as switches, and buttons."""
 
+from importlib.util import find_spec
 import shlex
 import shutil
 
@@ -88,8 +89,8 @@ class ActionsView:
 
 
 def _files() -> Markup:
-    ffmpeg = shutil.which('ffmpeg')
-    return Markup(template('files.html').render(seconds=FILM_SECONDS, ffmpeg=ffmpeg))
+    there = {'ffmpeg': shutil.which('ffmpeg'), 'viser': find_spec('viser')}
+    return Markup(template('files.html').render(seconds=FILM_SECONDS, **there))
 
 
 class CatalogueView:

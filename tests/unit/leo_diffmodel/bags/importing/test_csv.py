@@ -55,6 +55,7 @@ def test_dates_are_seconds(tmp_path, between, second):
         ('t;q\n1;1,5\n2;2.5\n', {'decimal': ','}, "line 3, q: '2.5' is not a number"),
         ('t;q\n1;1.000,5\n2;2,5\n', {}, "'1.000,5' is not a number"),
         ('t;q\n1;1;1\n2;2,5\n', {}, 'line 2: 3 values, 2 columns'),
+        ('# one\n# two\nt,q\n0,1\n# pause\n1,x\n', {}, "line 6, q: 'x' is not a number"),
         ('t;q\n1;' + '9' * 10**6 + '\n', {}, 'a line of 1000002 characters; at most 100000'),
     ],
 )
@@ -93,11 +94,6 @@ def test_without_a_header_columns_are_counted(tmp_path, text):
     found = table(tmp_path, text)
     assert list(found) == ['0', '1']
     np.testing.assert_array_equal(np.column_stack([*found.values()]), NUMBERS)
-
-
-def test_lines_keep_their_numbers_below_comments(tmp_path):
-    with pytest.raises(UserError, match="line 6, q: 'x' is not a number"):
-        table(tmp_path, '# one\n# two\nt,q\n0,1\n# pause\n1,x\n')
 
 
 def test_a_column_named_twice_is_refused_until_the_map_names_all(tmp_path):
