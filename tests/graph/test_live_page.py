@@ -112,7 +112,7 @@ def samples(live) -> int:
 def says(live, text) -> bool:
     live.live.look()
     for tab in live.tabs:
-        tab._live.refresh()
+        tab._follow()
     return all(text in d.get_model_by_name('robot says').text for d in live.documents)
 
 

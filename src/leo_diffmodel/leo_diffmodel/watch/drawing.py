@@ -152,7 +152,7 @@ class Drawn:
     def _draw_time(self, axes: Any) -> None:
         curves, worst = self._view.time, self._view.worst
         axes.set(xlabel='time, one bag after the other [s]', ylabel=self._view.unit)
-        for k, (begin, end) in enumerate(self._view.held):
+        for k, (begin, end) in enumerate(zip(*self._view.held.values(), strict=True)):
             axes.axvspan(begin, end, color=palette.NOISE_FILL, lw=0, label='' if k else 'held out')
         for name, stroke, _ in MODELS:
             axes.step(curves['time'], curves[name], where='mid', lw=1.8, **_look(stroke))

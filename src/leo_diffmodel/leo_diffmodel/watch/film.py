@@ -36,16 +36,19 @@ class Film:
     repaired: Array  # the same with the effects that are switched on
 
     @classmethod
-    def of(cls, recordings: Recordings, seconds: float, given: Model, repaired: Model) -> Self:
+    def of(cls, recordings: Recordings, seconds: float, model: Model) -> Self:
         """Predict over so many seconds, again and again; ValueError: no episode is so long."""
         windows = cut(recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
         begin = Timeline.of(recordings).at(windows.source, windows.start)
         time = begin[:, None] + np.concatenate([np.zeros((windows.count, 1)), elapsed], axis=1)
-        return cls(windows, time, _predicted(given, windows), _predicted(repaired, windows))
+        given = _predicted(model, windows)
+        return cls(windows, time, given, given)
 
-    def repaired_by(self, model: Model) -> Self:
-        return replace(self, repaired=_predicted(model, self.windows))
+    def repaired_by(self, model: Model | None) -> Self:
+        """With what another model predicts beside it; None: nothing is switched on."""
+        repaired = self.given if model is None else _predicted(model, self.windows)
+        return replace(self, repaired=repaired)
 
     def frame(self, seconds: float) -> Frame:
         w = max(0, int(np.searchsorted(self.time[:, 0], seconds, side='right')) - 1)
@@ -65,6 +68,12 @@ class Film:
 
     def worst(self, index: int) -> Array:
         return np.argsort(-self.error(self.repaired, index))[:WORST]
+
+    def apart(self) -> Array:
+        """When in each window the repaired pose is furthest from the measured one [s], (W,)."""
+        off = self.repaired[..., : self.windows.q.shape[-1]] - self.windows.q
+        ends_before = np.cos(off).sum(axis=-1)[:, :-1]  # at its end the next window is shown
+        return np.take_along_axis(self.time, ends_before.argmin(axis=1)[:, None], 1)[:, 0]
 
 
 def _predicted(model: Model, windows: Windows) -> Array:

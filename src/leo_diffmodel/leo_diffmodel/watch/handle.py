@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sliders of parameters, fine near what changes nothing, and the values where they begin."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, pi
 from typing import Self
 
@@ -16,10 +16,8 @@ from leo_sim.model import Model
 
 POWER = 4
 DIGITS = 4
-SCANS = (1.0, 41), (0.05, 9), (0.012, 9)
-ON_GROUND = (1.0, 21), (0.1, 7), (0.033, 7)
-"""How far each scan goes to each side of the best so far, of a slider, and its points; fewer of a
-robot on the ground."""
+POINTS, FEWER = 41, 3  # of a slider that are tried at first, in one of so many windows
+HALVINGS = 5  # of the step to both sides of the best so far
 MIDDLE = 0.4  # where on its slider a parameter begins that only shapes an effect
 FARTHEST = 1e6  # noise floors; a prediction that runs away is no worse than this
 
@@ -78,12 +76,14 @@ def guess(scene: Scene, base: Model, candidate: Candidate) -> dict[str, float]:
     """
     handles = [Handle.of(p) for p in candidate.parameters]
     values = np.array([_first(h) for h in handles])
-    for width, points in ON_GROUND if scene.model.robot.contacts else SCANS:
+    few = replace(scene, train=scene.train.take(np.arange(0, scene.train.count, FEWER)))
+    for level in range(1 + HALVINGS):
         for i, handle in enumerate(handles):
-            tried = _tried(handle, values[i], width, points)
+            tried = _tried(handle, values[i], level)
             thetas = np.repeat(values[None], len(tried), axis=0)
             thetas[:, i] = tried
-            values = thetas[int(np.argmin(_costs(scene, base, candidate, thetas)))]
+            costs = _costs(scene if level else few, base, candidate, thetas)
+            values = thetas[np.argmin(costs)]
     return {h.parameter.name: h.inside(v) for h, v in zip(handles, values, strict=True)}
 
 
@@ -92,11 +92,11 @@ def _first(handle: Handle) -> float:
     return handle.anchor if scales else handle.value(MIDDLE * handle.ends[1])
 
 
-def _tried(handle: Handle, value: float, width: float, points: int) -> np.ndarray:
-    positions = np.linspace(*handle.ends, points)
-    if width != 1.0:
-        around = handle.position(value) + np.linspace(-width, width, points)
-        positions = np.clip(around, *handle.ends)
+def _tried(handle: Handle, value: float, level: int) -> np.ndarray:
+    positions = np.linspace(*handle.ends, POINTS)
+    if level:
+        step = (positions[1] - positions[0]) / 2 ** (level - 1)
+        positions = np.clip(handle.position(value) + step * np.array([-1, 1]), *handle.ends)
     return np.array([value, *(handle.value(p) for p in positions)])
 
 

@@ -39,22 +39,22 @@ class MissingOfBoth:
         self.behind = True  # all of it is still of switches as they were before
         self.trouble = ''  # why there is none of it; '' where there is
 
-    def follow(self, model: Model, switched: bool) -> Iterator[bool]:
-        """Compute all for a model with switches, with pauses: True where something is new."""
+    def follow(self, model: Model | None) -> Iterator[bool]:
+        """Compute all for a model with switches, if any is on, with pauses: True for news."""
         self.trouble = ''
         try:
-            yield from self._follow(model, switched)
+            yield from self._follow(model)
         except (ValueError, np.linalg.LinAlgError) as error:
             self.trouble = f'torque over short windows cannot be estimated here: {error}'
         self.behind = False
         yield True
 
-    def _follow(self, model: Model, switched: bool) -> Iterator[bool]:
+    def _follow(self, model: Model | None) -> Iterator[bool]:
         given, sigma = self._scene.model, self._scene.sigma
         if self.given is None:
             self.given = yield from self._missing_of(given)
             yield True
-        if not switched:
+        if model is None:
             self.now, self.curve = self.given, None
             return
         work = partial(torques.supposed, given, model, sigma=sigma)

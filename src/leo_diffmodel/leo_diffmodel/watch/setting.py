@@ -12,6 +12,7 @@ import numpy as np
 
 from leo_diffmodel.add.patch import found_rows, from_data, from_words
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.report.text import estimate
 from leo_diffmodel.watch.scene import Scene
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import json_text, write_together
@@ -74,6 +75,12 @@ class Answer(NamedTuple):
             if (label := f'{row["name"]}:{row["where"]}') in scene.candidates:
                 on[label] = {name: p['value'] for name, p in row['parameters'].items()}
         return cls(data, Setting(on, refitted=bool(on)))
+
+    def in_print(self, label: str, name: str, value: float) -> str:
+        """A value of an effect with the interval that it was found with; '' of another value."""
+        named = (r for r in found_rows(self.data) if f'{r["name"]}:{r["where"]}' == label)
+        found = [r['parameters'][name] for r in named]
+        return estimate(found[0]) if found and found[0]['value'] == value else ''
 
 
 def model_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:

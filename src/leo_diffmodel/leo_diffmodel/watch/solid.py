@@ -39,7 +39,7 @@ def show_solid(
     episode, first = [replace(recording, episodes=(shown.episode,))], float(shown.episode.t[0])
     with enough(episode, f'{2 * HORIZON:g} s or more'):
         known = [with_known(model, episode) for model in models.values()]
-        film = Film.of(episode, HORIZON, known[0], known[-1])
+        film = Film.of(episode, HORIZON, known[0]).repaired_by(known[-1])
     ends = np.array([shown.start, shown.end]) - first
     begin, end = np.clip(ends, film.time[0, 0], film.time[-1, -1])
     times = np.linspace(begin, end, min(MOST, 1 + round(RATE * (end - begin))))

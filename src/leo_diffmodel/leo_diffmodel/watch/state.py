@@ -9,8 +9,9 @@ from typing import Any, Self
 import numpy as np
 
 from leo_diffmodel.compare.errors import state_names
+from leo_diffmodel.report.text import quantity
 from leo_diffmodel.watch.film import Film, Player
-from leo_diffmodel.watch.handle import guess
+from leo_diffmodel.watch.handle import DIGITS, guess
 from leo_diffmodel.watch.missing import MissingOfBoth
 from leo_diffmodel.watch.scene import in_floors, Scene, Score
 from leo_diffmodel.watch.setting import Answer, model_of, Setting, words, write_model
@@ -48,12 +49,13 @@ class State:
         self.given = self.now = scene.score(scene.model)  # as given, and with what is on
         self.without: Mapping[str, float] = {}
         """Of each effect that is on, the error if it alone were off [noise floors]."""
-        self.film = Film.of(scene.recordings, self.horizon, scene.model, scene.model)
+        self.film = Film.of(scene.recordings, self.horizon, scene.model)
         self.missing = MissingOfBoth(scene)
         self.chosen: tuple[int, int] | None = None
         """The joint whose missing torque is shown, and the number of the variable against which;
         None before there is one."""
-        self._rest = self._follow(scene.model)
+        self._rest = self._follow(None)
+        self.player.go(float(self.film.apart()[self.film.worst(self.shown)[0]]))
 
     @property
     def model(self) -> Model:
@@ -70,10 +72,19 @@ class State:
         return min(self.given, self.now, key=lambda s: np.sqrt(np.mean(s.figures**2)))
 
     @property
-    def sizes(self) -> tuple[float, float]:
-        """Held-out error as given and now, in noise floors."""
-        floor = self.floor.floor
-        return in_floors(self.given.figures, floor), in_floors(self.now.figures, floor)
+    def sizes(self) -> tuple[float, float, float]:
+        """Held-out error as given, now, and by noise alone, in floors of the model as given."""
+        shown = self.given.figures, self.now.figures, self.floor.floor
+        given, now, noise = (in_floors(figures, self.given.floor) for figures in shown)
+        return given, now, noise
+
+    def in_print(self, label: str) -> list[str]:
+        """`name = value unit` of an effect that is on, with its 95 % interval where explained."""
+        words = []
+        for p, value in self.switched[label]:
+            found = self.answer and self.answer.in_print(label, p.name, value)
+            words.append(f'{p.name} = {found or quantity(value, p.unit, DIGITS)}')
+        return words
 
     @property
     def words(self) -> list[str]:
@@ -116,8 +127,8 @@ class State:
     def on(self, scene: Scene) -> Self:
         """The same switches on other data of the same robot; this state stays as it is."""
         other = type(self)(scene, self.folder)
-        other.setting, other.answer, other.horizon = self.setting, self.answer, self.horizon
-        other.film = Film.of(scene.recordings, other.horizon, scene.model, scene.model)
+        other.look_ahead(self.horizon)
+        other.setting, other.answer = self.setting, self.answer
         other._compute()
         other.finish()
         return other
@@ -136,7 +147,8 @@ class State:
         if seconds == self.horizon:
             return
         self.horizon = seconds
-        self.film = Film.of(self.scene.recordings, seconds, self.scene.model, self.model)
+        self.film = Film.of(self.scene.recordings, seconds, self.scene.model)
+        self.film = self.film.repaired_by(self.model)
         self.notify()
 
     def show(self, index: int) -> None:
@@ -164,11 +176,10 @@ class State:
 
     def go_on(self) -> bool:
         """Compute the next piece of what follows the last change; whether there was one."""
-        for news in self._rest:
-            if news:
-                self.notify()
-            return True
-        return False
+        news = next(self._rest, None)
+        if news:
+            self.notify()
+        return news is not None
 
     def finish(self) -> None:
         while self.go_on():
@@ -193,24 +204,25 @@ class State:
         self.notify()
 
     def _compute(self) -> None:
-        began, model = time.perf_counter(), self.model
-        self.now = self.scene.score(model)
+        began, model = time.perf_counter(), self.model if self.setting.on else None
+        self.now = self.scene.score(model) if model else self.given
         self.film = self.film.repaired_by(model)
         self.without = {k: v for k, v in self.without.items() if k in self.setting.on}
         self.missing.behind, self._rest = True, self._follow(model)
         self.seconds = time.perf_counter() - began
 
-    def _follow(self, model: Model) -> Iterator[bool]:
+    def _follow(self, model: Model | None) -> Iterator[bool]:
         """What follows a change, in pieces; True where something is new."""
         for label in self.setting.on:
             self.without = {**self.without, label: self._size_without(label)}
             yield True
-        yield from self.missing.follow(model, bool(self.setting.on))
+        yield from self.missing.follow(model)
 
     def _size_without(self, label: str) -> float:
-        rest = {name: v for name, v in self.setting.on.items() if name != label}
-        model = model_of(self.scene, Setting(rest, self.setting.refitted), self.answer)
-        return self.scene.size(model, self.floor.floor)
+        rest = self.setting.without(label)
+        if not rest.on:
+            return self.sizes[0]
+        return self.scene.size(model_of(self.scene, rest, self.answer), self.given.floor)
 
     def notify(self) -> None:
         for listener in [*self.listeners]:

@@ -80,11 +80,11 @@ class View:
     horizon: Columns  # of `against_horizon`
     time: Columns  # of `over_time`
     worst: Columns  # of `worst`
-    held: Array  # of `held`
+    held: Columns  # of `held`
 
 
 def view_of(state: State, times: Array) -> View:
-    scene, film, (before, after) = state.scene, state.film, state.sizes
+    scene, film, (before, after, _) = state.scene, state.film, state.sizes
     return View(
         title=f'{scene.given.robot.name}: {source(scene.recordings)}',
         error=f'{before:.2f} → {after:.2f} noise floors, held out, {scene.headline.short}',
@@ -116,9 +116,8 @@ def from_now(state: State) -> Array:
 
 def _switched(state: State) -> tuple[str, ...]:
     lines = []
-    for label, values in state.switched.items():
-        shown = [f'{p.name} = {value:.4g} {p.unit}'.rstrip() for p, value in values]
-        lines.append(f'{label.replace(":", " at ")}: {", ".join(shown)}')
+    for label in state.setting.on:
+        lines.append(f'{label.replace(":", " at ")}: {", ".join(state.in_print(label))}')
     if state.setting.refitted and state.answer and (moved := state.answer.data['constants']):
         lines.append(f'refitted by the explanation: {", ".join(moved)}')
     return tuple(lines) or ('nothing is switched on',)
@@ -153,20 +152,21 @@ def over_time(state: State) -> Columns:
 
 
 def worst(state: State) -> Columns:
-    """The worst windows with the switches as they are: time, begin, error, worst first."""
+    """The worst windows with what is on: time, when poses are most apart, error, worst first."""
     film, i = state.film, state.shown
     at = film.worst(i)
     return {
         'time': film.middle[at],
-        'begin': film.time[at, 0],
+        'apart': film.apart()[at],
         'error': film.error(film.repaired, i)[at],
     }
 
 
-def held(state: State) -> Array:
-    """Begin and end of each held-out window of the film, (N, 2)."""
+def held(state: State) -> Columns:
+    """Begin and end of each held-out window of the film, each (N,)."""
     film = state.film
-    return film.time[state.scene.blocks.held(film.windows)][:, [0, -1]]
+    begin, *_, end = film.time[state.scene.blocks.held(film.windows)].T
+    return {'begin': begin, 'end': end}
 
 
 def unit(state: State) -> str:

@@ -58,7 +58,7 @@ def test_a_picture_says_what_is_switched_on_and_draws_what_the_page_shows(state)
     drawn = Drawn(view, FINE)
     value = state.setting.on[LABEL]['c']
     words = [text.get_text() for text in drawn.figure.texts]
-    assert f'coulomb_friction at pivot: c = {value:.4g} N m' in words
+    assert f'coulomb_friction at pivot: c = {value:.4g}\xa0N m' in words
     assert any(f'→ {state.sizes[1]:.2f} noise floors' in w for w in words)
     robot, horizon, time = drawn.figure.axes
     errors = [r['rmse'][0] for r in state.now.rows]
@@ -66,7 +66,8 @@ def test_a_picture_says_what_is_switched_on_and_draws_what_the_page_shows(state)
     assert horizon.lines[-1].get_color() == palette.AFTER
     marks = next(line for line in time.lines if line.get_marker() == 'v')
     assert max(marks.get_ydata()) == state.film.error(state.film.repaired, 0).max()
-    assert time.lines[-1].get_xdata() == [7.5, 7.5] and len(time.patches) == len(view.held)
+    assert time.lines[-1].get_xdata() == [7.5, 7.5]
+    assert len(time.patches) == len(view.held['begin'])
     measured = robot.collections[2].get_segments()
     np.testing.assert_allclose(measured[0], view.stage.lines(state.film.frame(7.5).measured)[0])
 

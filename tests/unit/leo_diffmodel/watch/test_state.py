@@ -37,14 +37,31 @@ def state(scene, tmp_path):
 
 
 def test_the_hidden_effect_brings_the_held_out_error_to_the_floor(state):
-    assert state.sizes[0] == state.sizes[1] > FAR
+    assert state.sizes[0] == state.sizes[1] > FAR and state.sizes[2] == 1.0
     state.switch(LABEL, True)
     assert state.setting.on[LABEL]['c'] == pytest.approx(TRUTH, rel=0.15)
-    assert state.sizes[1] < NEAR
+    assert state.sizes[1] < NEAR * state.sizes[2]
     state.finish()
     assert state.without[LABEL] == pytest.approx(state.sizes[0])
     last = state.now.rows[-1]
     assert np.all(np.array(last['rmse']) < 0.3 * np.array(state.given.rows[-1]['rmse']))
+
+
+def test_the_error_as_given_is_one_number_whatever_is_switched_on(state):
+    shown = [state.sizes]
+    for label, name in ((LABEL, 'c'), ('viscous_friction:pivot', 'b')):
+        state.switch(label, True)
+        shown.append(state.sizes)
+        state.move(label, name, 0.8)
+        shown.append(state.sizes)
+    given, now, _ = zip(*shown, strict=True)
+    assert len({*given}) == 1 and now[1] < now[0] < now[2]
+
+
+def test_it_begins_where_the_robots_are_seen_to_differ_most_in_the_worst_window(state):
+    given, repaired, measured = state.film.frame(state.player.now)
+    off = np.abs(state.film.given[..., 0] - state.film.windows.q[..., 0])
+    assert given == repaired and abs(given - measured) == off[state.film.worst(0)[0], :-1].max()
 
 
 def test_undo_brings_back_the_numbers_and_takes_a_drag_as_one(state):
@@ -93,6 +110,11 @@ def test_what_explain_finds_is_switched_on_and_undone(state, answer):
     state.found(answer)
     assert state.setting.on[LABEL]['c'] == answer['effects'][0]['parameters']['c']['value']
     assert state.sizes[1] < NEAR
+    (found,) = state.in_print(LABEL)
+    assert found.startswith('c = 0.') and '±' in found and found.endswith('N m')
+    state.move(LABEL, 'c', 0.25)
+    assert state.in_print(LABEL) == ['c = 0.2500\xa0N m']
+    state.undo()
     state.undo()
     assert state.setting == Setting()
 

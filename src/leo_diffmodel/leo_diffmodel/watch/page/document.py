@@ -12,8 +12,9 @@ from markupsafe import Markup
 from leo_diffmodel.report.page import template
 from leo_diffmodel.report.text import source
 from leo_diffmodel.watch.next_run import NextRun
+from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
-from leo_diffmodel.watch.page.look import MAIN, Part, PLOT, said, SIDE, WIDE, wrapped
+from leo_diffmodel.watch.page.look import FIRST, GAP, MARGIN, said, WIDE, wrapped
 from leo_diffmodel.watch.page.missing import MissingView, WhereView
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
@@ -42,20 +43,19 @@ class Tab:
         self._waiting = self._following = False
         self._robot, self._over_time = RobotView(state), OverTimeView(state)
         where, missing = WhereView(state), MissingView(state)
-        for tapped in (self._over_time, where):
-            tapped.follow_taps()  # before it is on the document, which asks only then
         horizon, self._catalogue = HorizonView(state), CatalogueView(state)
         actions = ActionsView(state, page.finder, page.command)
         run = NextRunView(page.next_run)
-        self._curves: list[Part] = [horizon, self._robot, self._over_time]
-        self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions, run]
-        upper = wrapped((self._robot.root, PLOT), (horizon.root, PLOT), spacing=12)
+        curves, others = (horizon, self._robot, self._over_time), (where, missing, actions, run)
+        self._curves = [part.refresh for part in curves]
+        self._others = [horizon.say, self._catalogue.refresh, *(part.refresh for part in others)]
+        upper = wrapped((self._robot.root, look.PLOT), (horizon.root, look.PLOT), spacing=GAP)
         below = self._over_time.root, where.root, missing.root, run.root
-        self._main: Any = column(upper, *below, spacing=12, **WIDE)
-        beside = {'flex': f'0 1 {SIDE}px'}
-        side = column(actions.root, self._catalogue.root, spacing=12, styles=beside, **WIDE)
-        both = wrapped((self._main, MAIN), (side, SIDE), spacing=12)
-        document.add_root(column(said(_headline(state)), both, margin=14, **WIDE))
+        self._main: Any = column(upper, *below, spacing=GAP, **WIDE)
+        side = column(actions.root, self._catalogue.root, spacing=GAP, stylesheets=[FIRST], **WIDE)
+        side.styles = {'flex': f'0 1 {look.SIDE}px'}
+        both = wrapped((self._main, look.MAIN), (side, look.SIDE), spacing=GAP)
+        document.add_root(column(said(_headline(state)), both, margin=MARGIN, **WIDE))
         document.title = f'{state.scene.model.robot.name}: leo watch'
         document.template = template('live.html')
         state.listeners.append(self._changed)
@@ -78,16 +78,16 @@ class Tab:
     def _draw(self) -> None:
         """Draw the curves first: what is laid out anew afterwards keeps a browser busy."""
         self._waiting = False
-        for part in self._curves:
-            part.refresh()
+        for refresh in self._curves:
+            refresh()
         if not self._following:
             self._following = True
             self._document.add_timeout_callback(self._follow, DRAWN_MS)
 
     def _follow(self) -> None:
         self._following = False
-        for part in self._parts:
-            part.refresh()
+        for refresh in self._others:
+            refresh()
 
     def _tick(self) -> None:
         if self._state.player.playing:

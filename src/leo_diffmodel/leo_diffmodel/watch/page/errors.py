@@ -4,7 +4,7 @@
 from typing import Any
 
 from bokeh.events import Tap
-from bokeh.models import BoxAnnotation, ColumnDataSource, Select, Span
+from bokeh.models import ColumnDataSource, Select, Span
 from markupsafe import Markup
 import numpy as np
 
@@ -26,19 +26,8 @@ NOTE = (
 )
 
 
-class ErrorWords:
-    """The held-out error as figures. New text lays the page out anew, which takes longer."""
-
-    def __init__(self, state: State) -> None:
-        self._state = state
-        self.root = said(words(state), **WIDE, name='error')
-
-    def refresh(self) -> None:
-        self.root.text = words(self._state)
-
-
 class HorizonView:
-    """The curve of one state, chosen here for all figures, below words of their own."""
+    """The curve of one state, chosen here for all figures, below the error as figures."""
 
     def __init__(self, state: State) -> None:
         self._state = state
@@ -49,8 +38,8 @@ class HorizonView:
         options = [(str(i), name) for i, name in enumerate(names)]
         shown = Select(options=options, value='0', title='error of', width=160, name='shown')
         self._shown = look.following(shown, lambda v: state.show(int(v)))
-        self.words = ErrorWords(state)
-        head = look.wrapped((shown, 160), (self.words.root, look.WORDS))
+        self._words = said(words(state), **WIDE, name='error')
+        head = look.wrapped((shown, 160), (self._words, look.WORDS))
         self.root = look.card(head, self.plot, said(legend(*ROBOTS[1:], FLOOR)))
         self.refresh()
 
@@ -59,10 +48,14 @@ class HorizonView:
         frame(self.plot, view.unit(self._state), *view.heights(self._source.data))
         self._shown.value = str(self._state.shown)
 
+    def say(self) -> None:
+        """The figures. New text lays the page out anew, which takes longer."""
+        self._words.text = words(self._state)
+
 
 def words(state: State) -> Markup:
     """The held-out error of now, as HTML: in noise floors, and of the state that is shown."""
-    (before, after), i = state.sizes, state.shown
+    (before, after, noise), i = state.sizes, state.shown
     unit, kind = state.states[i]['unit'], state.scene.headline
     figures = state.given.figures[i], state.now.figures[i], state.floor.floor[i]
     first, last, floor = (f'{v:.3g}' for v in figures)
@@ -71,7 +64,7 @@ def words(state: State) -> Markup:
     )
     return head + small(
         f'{state.states[i]["name"]}: {first} → {last} {unit}, noise floor {floor}; '
-        'a perfect model scores 1 noise floor'
+        f'a perfect model scores {noise:.2f} noise floors'
     )
 
 
@@ -81,8 +74,9 @@ class OverTimeView:
         self._curve = ColumnDataSource(view.over_time(state), name='error over time')
         self._marks = ColumnDataSource(view.worst(state), name='worst windows')
         self._cursor = Span(location=0.0, dimension='height', line_color=palette.INK)
-        self._film = state.film
+        self._held = ColumnDataSource(view.held(state), name='held out')
         self.plot = self._plot()
+        self.plot.on_event(Tap, lambda event: state.go(self._meant(event.x)))
         self.root = look.card(self.plot, look.note(NOTE))
         self.refresh()
 
@@ -90,21 +84,16 @@ class OverTimeView:
         renew(self._curve, view.over_time(self._state))
         renew(self._marks, view.worst(self._state))
         self.plot.yaxis.axis_label = view.unit(self._state)
-        if self._film.time.shape != self._state.film.time.shape:
-            self._film = self._state.film
-            self.plot.center = [r for r in self.plot.center if not isinstance(r, BoxAnnotation)]
-            self._shade(self.plot)
+        renew(self._held, view.held(self._state))
         self.tick()
-
-    def follow_taps(self) -> None:
-        self.plot.on_event(Tap, lambda event: self._state.go(self._meant(event.x)))
 
     def tick(self) -> None:
         self._cursor.location = self._state.player.now
 
     def _plot(self) -> Any:
         plot = canvas('time, one bag after the other [s]', '', height=LOW, name='time plot')
-        self._shade(plot)
+        band = {'fill_color': palette.NOISE_FILL, 'line_color': None, 'level': 'underlay'}
+        plot.vstrip('begin', 'end', source=self._held, **band)
         steps = {'source': self._curve, 'mode': 'center', 'line_width': 2}
         for name, stroke, _ in MODELS:
             plot.step('time', name, line_color=stroke.colour, **steps)
@@ -114,13 +103,8 @@ class OverTimeView:
         plot.y_range.start = 0.0
         return plot
 
-    def _shade(self, plot: Any) -> None:
-        band = {'fill_color': palette.NOISE_FILL, 'level': 'underlay', 'line_color': None}
-        for begin, end in view.held(self._state):
-            plot.add_layout(BoxAnnotation(left=begin, right=end, **band))
-
     def _meant(self, seconds: float) -> float:
         marks = np.asarray(self._marks.data['time'])
         nearest = int(np.argmin(np.abs(marks - seconds)))
         near = abs(marks[nearest] - seconds) < NEAR * self._state.player.length
-        return float(self._marks.data['begin'][nearest]) if near else seconds
+        return float(self._marks.data['apart'][nearest]) if near else seconds

@@ -38,14 +38,10 @@ def routes(state: State) -> list[Route]:
     texts = {'numbers.csv': numbers, 'copy.html': copy}
     drawn = {'view.png': view.now, 'view.svg': view.now}
     drawn |= {f'comparison.{kind}': view.from_now for kind in ('gif', 'mp4', 'html')}
-    found: list[Route] = []
-    for name, content in texts.items():
-        found.append((re.escape(f'/{name}'), _Text, {'state': state, 'content': content}))
-    one_by_one = asyncio.Lock()
-    for name, times in drawn.items():
-        options = {'state': state, 'times': times, 'one_by_one': one_by_one}
-        found.append((re.escape(f'/{name}'), _Drawing, options))
-    return found
+    options: dict[str, Any] = {'state': state, 'one_by_one': asyncio.Lock()}
+    pictures = [(name, _Drawing, {**options, 'times': times}) for name, times in drawn.items()]
+    words = [(name, _Text, {'state': state, 'content': make}) for name, make in texts.items()]
+    return [(re.escape(f'/{name}'), kind, given) for name, kind, given in [*words, *pictures]]
 
 
 class _File(RequestHandler):
@@ -157,7 +153,7 @@ def copy(state: State) -> str:
         'words': words(state),
         'at': state.scene.timeline.words(state.player.now),
         'ahead': state.horizon,
-        'rows': state.switched,
+        'rows': {label: state.in_print(label) for label in state.setting.on},
         'without': state.without,
         'size': state.sizes[1],
         'legend': [*ROBOTS, FLOOR],

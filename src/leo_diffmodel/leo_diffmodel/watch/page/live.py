@@ -4,7 +4,7 @@
 from typing import Any
 
 from bokeh.document import Document
-from bokeh.layouts import column, row
+from bokeh.layouts import row
 from bokeh.models import ColumnDataSource
 from bokeh.plotting import figure
 from markupsafe import Markup
@@ -32,24 +32,20 @@ NOT_RECORDED = 'It is not recorded: press Record first to keep what it shows.'
 
 
 class LiveView:
-    def __init__(self, state: State, live: Live) -> None:
-        self._live, self._strips = live, StripsView(state)
+    def __init__(self, live: Live) -> None:
+        self._live = live
         stop = button('E-STOP', 'e-stop', live.robot.e_stop, button_type='danger', width=120)
         stop.js_on_click(pressed(live.e_stop_url))
         self._release = button('Release e-stop', 'release', live.robot.release, width=120)
-        self._record = button('', 'record', live.switch_recording, self.tick, width=120)
+        self._record = button('', 'record', live.switch_recording, self.refresh, width=120)
         self._freeze = button('', 'freeze', live.renewing.toggle, width=120)
         self._words = said(name='robot says', **WIDE, min_height=ROOM)
         buttons = row(stop, self._release, self._record, self._freeze, stylesheets=[look.WRAP])
         head = look.wrapped((buttons, WORDS), (self._words, WORDS))
-        self.root = look.card(head, self._strips.root, margin=(0, 0, 12, 0))
+        self.root = look.card(head, margin=(0, 0, look.GAP, 0))
         self.refresh()
 
     def refresh(self) -> None:
-        self._strips.refresh()
-        self.tick()
-
-    def tick(self) -> None:
         live = self._live
         self._release.disabled = not live.robot.condition.e_stopped
         self._record.disabled = not live.recording.possible
@@ -116,7 +112,8 @@ class StripsView:
             'before the newest sample [s]', *labels, self._inputs, x_range=self._upper.x_range
         )
         joints = proposing.joints_legend(state.scene.recordings[-1].actuators)
-        self.root = column(said(legend(*ROBOTS)), self._upper, lower, said(joints), **WIDE)
+        self.root = look.card(said(legend(*ROBOTS)), self._upper, lower, said(joints))
+        self.refresh()
 
     def refresh(self) -> None:
         state, i = self._state, self._state.shown
@@ -150,10 +147,10 @@ def _with_gaps(windows: Array) -> Array:
 class LiveTab(Tab):
     def __init__(self, document: Document, page: Page, live: Live) -> None:
         super().__init__(document, page)
-        self._live, send = LiveView(page.state, live), SendView(page.next_run, live)
+        robot, strips, send = LiveView(live), StripsView(page.state), SendView(page.next_run, live)
         root: Any = document.roots[0]
-        self._parts += [self._live, send]
-        root.children = [root.children[0], self._live.root, *root.children[1:]]
-        self._main.children = [*self._main.children, send.root]
-        document.add_periodic_callback(self._live.tick, LOOK_MS)
+        self._others += [robot.refresh, strips.refresh, send.refresh]
+        root.children = [root.children[0], robot.root, *root.children[1:]]
+        self._main.children = [strips.root, *self._main.children, send.root]
+        document.add_periodic_callback(robot.refresh, LOOK_MS)
         document.add_periodic_callback(send.refresh, LOOK_MS)

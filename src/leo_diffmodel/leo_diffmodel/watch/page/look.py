@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the parts of the page share: colours, words, legends, and how they follow the state."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from bokeh.layouts import column, row
 from bokeh.models import Button, ColumnDataSource, Div
@@ -17,18 +17,19 @@ from leo_diffmodel.watch.view import MODELS
 ROBOTS = ('measured', palette.MEASURED), *((name, stroke) for _, stroke, name in MODELS)
 WIDE: dict[str, Any] = {'sizing_mode': 'stretch_width'}
 MAIN, SIDE = 400, 400  # least width of what is drawn beside the catalogue, and width of that [px]
+GAP, MARGIN = 12, 14  # between parts, and around them all [px]
 PLOT, WORDS = 320, 240  # least widths of a plot, and of sentences, beside another part [px]
 
 TEXT = template('live.css').render()
-CARD = f"""
-:host {{ background: #fff; border: 1px solid {palette.GRID}; border-radius: 10px;
-  padding: 12px 14px; box-sizing: border-box; }}
-"""
+CARD = template('card.css').render()
 WRAP = ':host { flex-wrap: wrap; }'
+BESIDE = MAIN + SIDE + GAP + 2 * MARGIN  # a page less wide has one column, as on a phone [px]
+FIRST = f'@media (max-width: {BESIDE - 1}px) {{ :host {{ order: -1; }} }}'
+SCROLLED = template('scrolled.css').render(beside=BESIDE)
 
 
-def card(*parts: Any, **options: Any) -> Any:
-    return column(*parts, stylesheets=[CARD], **WIDE, **options)
+def card(*parts: Any, stylesheets: Sequence[str] = (), **options: Any) -> Any:
+    return column(*parts, stylesheets=[CARD, *stylesheets], **WIDE, **options)
 
 
 def wrapped(*parts: tuple[Any, int], **options: Any) -> Any:
@@ -70,14 +71,6 @@ def wrong(what: object) -> Markup:
 def legend(*entries: tuple[str, Stroke]) -> Markup:
     stroke = Markup('<i class="stroke" style="border-color:{};border-top-style:{}"></i>{}')
     return Markup().join(stroke.format(s.colour, s.dash, name) for name, s in entries)
-
-
-class Part(Protocol):
-    """Some widgets below `root`, which follow the state; moving them changes it."""
-
-    root: Any
-
-    def refresh(self) -> None: ...
 
 
 def renew(source: ColumnDataSource, data: Mapping[str, Any]) -> None:

@@ -68,10 +68,6 @@ class WhereView:
         for ranking, missing in zip(self._rankings, (both.given, both.now), strict=True):
             ranking.show(missing)
 
-    def follow_taps(self) -> None:
-        for ranking in self._rankings:
-            ranking.follow_taps()
-
 
 class _Ranking:
     def __init__(self, state: State, which: str, model: tuple[str, Stroke]) -> None:
@@ -80,6 +76,7 @@ class _Ranking:
         self._source = ColumnDataSource(NO_ROWS, name=f'where {which}')
         self._words = said(self._head, name=f'where {which} says', **WIDE)
         self.plot = self._plot(model[1], which)
+        self.plot.on_event(Tap, self._go)
         self.root = column(self._words, self.plot, **WIDE)
 
     def show(self, missing: Missing | None) -> None:
@@ -89,9 +86,6 @@ class _Ranking:
         rows = _rows(self._state, missing.places)
         self._source.data, self.plot.visible = rows, bool(rows['y'])
         self._words.text = self._head + Markup('<br>') + small(_said(missing.places))
-
-    def follow_taps(self) -> None:
-        self.plot.on_event(Tap, self._go)
 
     def _go(self, tap: Tap) -> None:
         begin, number = self._source.data['begin'], round(-tap.y)

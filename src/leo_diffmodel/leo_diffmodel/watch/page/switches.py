@@ -24,8 +24,8 @@ STEP = 0.001
 EVERYWHERE = 'every place'
 AT_ONCE = 40  # lines that are put on the page together: a browser takes long for those of a walker
 NOTE = (
-    'A switch begins at the value that suits the data best that is not held out. Behind it: the '
-    'held-out error without it → with it, in noise floors.'
+    'A switch begins at the value of a scan of the data not held out; “Find it for me” fits it, '
+    'with a 95 % interval. Behind it: the held-out error without it → with it, in noise floors.'
 )
 
 
@@ -103,7 +103,7 @@ class CatalogueView:
         title = {'name': 'place', 'title': 'effects at', **WIDE}
         self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, **title)
         following(self._place, lambda _: self.refresh())
-        self.root = look.card(self._place, look.note(NOTE))
+        self.root = look.card(self._place, look.note(NOTE), stylesheets=[look.SCROLLED])
         self.lengthen()
 
     def lengthen(self) -> bool:
@@ -126,15 +126,18 @@ class _Line:
         self._label = label = candidate.label
         self._switch = Switch(active=False, width=36, name=f'switch {label}')
         following(self._switch, lambda on: state.switch(label, on), 'active')
-        self._words = said(self._text(), name=f'effect {self._label}', **WIDE)
+        self._words = said(name=f'effect {self._label}', **WIDE)
         self._sliders: list[_Slider] = []
+        self._shown: tuple[bool, bool] | None = None
         self.root = column(row(self._switch, self._words, **WIDE), **WIDE)
 
     def refresh(self, place: str) -> None:
         on = self._label in self._state.setting.on
-        self._switch.active = on
+        shown = on, on or place in (EVERYWHERE, self._candidate.where)
+        if not on and shown == self._shown:
+            return
+        self._shown = self._switch.active, self.root.visible = shown
         self._words.text = self._text()
-        self.root.visible = on or place in (EVERYWHERE, self._candidate.where)
         if on and not self._sliders:
             self._sliders = [
                 _Slider(self._state, self._label, p) for p in self._candidate.parameters
@@ -144,9 +147,14 @@ class _Line:
             slider.refresh(on)
 
     def _text(self) -> Markup:
-        name, _, where = self._label.partition(':')
-        shown = Markup('<b>{}</b> <small>{}</small>').format(name, where)
-        if (without := self._state.without.get(self._label)) is None:
+        effect, label = self._candidate.effect, self._label
+        about = effect.equation, effect.looks_like or effect.equation
+        shown = Markup('<b>{}</b> <small>{}</small><br><small title="{}">{}</small>').format(
+            effect.name, self._candidate.where, *about
+        )
+        if label in self._state.setting.on:
+            shown += Markup('<br>{}').format(', '.join(self._state.in_print(label)))
+        if (without := self._state.without.get(label)) is None:
             return shown
         sizes = f'{without:.2f}', f'{self._state.sizes[1]:.2f}'
         return shown + Markup('<br>{} → <b>{}</b> noise floors').format(*sizes)

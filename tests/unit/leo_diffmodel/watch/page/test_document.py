@@ -47,10 +47,10 @@ def click(page, name):
     page.show()
 
 
-def test_a_tap_near_a_worst_window_goes_to_its_begin_and_elsewhere_to_the_time(page):
+def test_a_tap_near_a_worst_window_goes_to_where_robots_differ_and_elsewhere_to_the_time(page):
     marks, plot = page.model('worst windows').data, page.model('time plot')
     page.document.callbacks.trigger_event(Tap(plot, x=float(marks['time'][0]) + 0.1, y=0.0))
-    assert page.state.player.now == marks['begin'][0]
+    assert page.state.player.now == marks['apart'][0]
     page.document.callbacks.trigger_event(Tap(plot, x=0.1, y=0.0))
     assert page.state.player.now == 0.1
 
@@ -183,3 +183,4 @@ def test_effects_at_another_place_are_hidden_unless_they_are_on(page):
         words = page.model(f'effect {name}')
         (line,) = (c for c in columns if words in getattr(c.children[0], 'children', ()))
         assert line.visible == visible
+    assert all(w in page.model(f'effect {LABEL}').text for w in ('Swings shrink', 'c = 0.2'))

@@ -35,7 +35,7 @@ def page(scene, stopped):
 
     def serve() -> None:
         page = Page(state, Mock(**{'poll.return_value': False}), [], Mock())
-        server = WatchServer(page, 0, lambda tab, _: tab.add_root(LiveView(state, live).root))
+        server = WatchServer(page, 0, lambda tab, _: tab.add_root(LiveView(live).root))
         with own_way(lambda: stopped.set() or '', server.origin) as live.e_stop_url:
             made.append(server)
             server.every(10, there.set)

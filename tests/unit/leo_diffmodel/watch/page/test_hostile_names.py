@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names of a robot, its joints and bags are words on the page, in its copy and its pictures."""
 
+from copy import copy as copied
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,7 +23,7 @@ from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import now, view_of
 from leo_diffmodel.watch.worker import News
-from leo_sim.effects import place
+from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
 
 
@@ -33,7 +34,10 @@ def state(tmp_path_factory):
     joint = model.robot.joint_names[0]
     friction = place(model.robot, 'coulomb_friction', joint, c=0.2)
     recording = record(model.robot, friction, seconds=16)
-    state = State(Scene.of([replace(recording, path=Path(HTML.replace('/', '')))], model))
+    effect = copied(get_effect('viscous_friction'))
+    effect.name, effect.equation, effect.looks_like = 'mine', HTML, HTML
+    recordings = [replace(recording, path=Path(HTML.replace('/', '')))]
+    state = State(Scene.of(recordings, model, extra=[effect]))
     state.switch(f'coulomb_friction:{joint}', True)
     state.finish()
     return state
@@ -47,6 +51,8 @@ def words_of(state: State, finder: SimpleNamespace) -> Document:
     tab._follow()
     said = [*document.select({'type': Div})]
     assert sum('&lt;evil' in div.text for div in said) >= 5
+    (mine,) = (div for div in said if (div.name or '').startswith('effect mine'))
+    assert mine.text.count('&lt;evil') == 3 * HTML.count('<evil')
     assert all(div.disable_math for div in said)
     for div in said:
         check_html(div.text)
