@@ -18,6 +18,9 @@ class Compare:
     fewest_samples: int = 10
     """Of an episode whose rate counts: after cuts, few samples may be left, with a gap in them."""
     history: float = 0.15  # recorded time that windows keep before them for delays and lags [s]
+    history_of_goals: float = 1.0
+    """The same of goals that a servo lets move no faster than its profile [s]."""
+    instant: float = 1e-9  # what a sample lasts that stands for those before an episode [s]
     block_seconds: float = 2.0  # length of a block [s], in which errors count as correlated
     fewest_blocks: int = 8  # of a recording: in short ones blocks are shorter
     held_out_every: int = 4  # of so many blocks one is held out: a quarter of the data

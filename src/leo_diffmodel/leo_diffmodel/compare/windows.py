@@ -68,7 +68,8 @@ def cut(
     """Windows of about `seconds`, none across an episode's end, `stride` [s] from start to start.
 
     By default they share no sample. They keep `history` [s] before them, and are left out where
-    there is less. ValueError without any.
+    there is less; of servos that are sent goals more is kept where there is. ValueError without
+    any.
     """
     period = sample_period(recordings)
     count = max(1, round(seconds / period))
@@ -83,17 +84,16 @@ def cut(
     if not pieces:
         bags = ', '.join(dict.fromkeys(r.name for r in recordings))
         raise ValueError(f'no episode of {bags} holds a window of {seconds:g} s')
-    return _stack(pieces, count, past, recordings)
+    goals = past and any(r.input == 'position' for r in recordings)
+    kept = max(past, int(np.ceil(COMPARE.history_of_goals / period))) if goals else past
+    return _stack(pieces, count, kept, recordings)
 
 
 def _stack(pieces: list[Piece], count: int, past: int, recordings: Recordings) -> Windows:
     def rows(name: str, first: int, last: int) -> Array:
         return np.stack([getattr(e, name)[i + first : i + last] for e, i, _ in pieces])
 
-    source, history = np.array([s for _, _, s in pieces]), None
-    if past:
-        q, dq, u, on = (rows(name, -past, 0) for name in ('q', 'dq', 'inputs', 'enabled'))
-        history = (q, dq, u, on, np.diff(rows('t', -past, 1), axis=1))
+    source = np.array([s for _, _, s in pieces])
     times = rows('t', 0, count + 1)
     return Windows(
         q=rows('q', 0, count + 1),
@@ -104,9 +104,27 @@ def _stack(pieces: list[Piece], count: int, past: int, recordings: Recordings) -
         start=times[:, 0],
         source=source,
         held=np.array([r.held for r in recordings])[source],
-        history=history,
+        history=_before(pieces, past) if past else None,
         recordings=tuple(r.name for r in recordings),
     )
+
+
+def with_past(recordings: Recordings, windows: Windows, samples: int) -> Windows:
+    """These windows with so much history, which a memory of the path needs."""
+    pieces = []
+    for source, start in zip(windows.source, windows.start, strict=True):
+        episode = next(e for e in recordings[source].episodes if e.t[0] <= start <= e.t[-1])
+        pieces.append((episode, int(np.argmin(np.abs(episode.t - start))), source))
+    return replace(windows, history=_before(pieces, samples))
+
+
+def _before(pieces: list[Piece], samples: int) -> tuple[Array, Array, Array, Array, Array]:
+    """So much history of each; where there is less, the first sample again, for an instant."""
+    picks = [(e, np.maximum(np.arange(first - samples, first + 1), 0)) for e, first, _ in pieces]
+    names = 'q', 'dq', 'inputs', 'enabled'
+    q, dq, u, on = (np.stack([getattr(e, name)[at[:-1]] for e, at in picks]) for name in names)
+    gaps = np.diff([e.t[at] for e, at in picks], axis=1)
+    return q, dq, u, on, np.maximum(gaps, COMPARE.instant)
 
 
 def spread_out(windows: Windows, most: int) -> Windows:

@@ -130,6 +130,6 @@ def _braked(p: Values, u: Array, now: Any, dt: Numbers) -> tuple[Any, Any]:
     (goal, rate), a = now, np.minimum(p['a'], FASTEST)
     left, change = u - goal, a * dt
     stops = 4.0 * a * np.abs(left) / (np.sqrt(change**2 + 8.0 * a * np.abs(left)) + change)
-    most = np.minimum(np.minimum(stops, p['rate']), np.abs(left) / dt)
+    most = np.minimum(np.minimum(stops, p.get('rate', np.inf)), np.abs(left) / dt)
     rate = np.clip(np.sign(left) * most, rate - change, rate + change)
     return np.stack(np.broadcast_arrays(goal + rate * dt, rate)), goal + 0.5 * rate * dt

@@ -14,6 +14,8 @@ from leo_sim.laws.laws import HELD, Memory, TIME
 from leo_sim.model.model import Model
 from leo_sim.model.window_shares import Batch, shares
 
+RECENT = 0.2  # s: how long ago is enough for play and sensors to settle
+
 
 class History(NamedTuple):
     """The H samples before the windows, to warm up delay, lag and play."""
@@ -137,12 +139,17 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
     states = list(zip(*readings, strict=True))
     true = [laws.true_state(*state) for state in states]
     rates = [state[1] for state in true] + [dq]
-    memory = rested(laws, *true[0], {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
-    moved = laws.recalls or laws.gap is not None
-    for k, state in enumerate(states):
+    ahead = np.cumsum(periods[:, ::-1], axis=-1)[:, ::-1]  # s, from each sample to the window
+    recent = np.asarray((ahead < RECENT).any(axis=0))
+    late = int(np.argmax(recent))
+    first = 0 if laws.dynamic or laws.recalls else late
+    memory = {**memory, **laws.begun(*true[0]), TIME: memory[TIME] - ahead[:, first, None]}
+    memory = rested(laws, *true[late], memory)
+    for k, state in enumerate(states[first:], first):
+        moved = laws.recalls or (laws.gap is not None and recent[k])
         h, count = _substep(periods[:, k], model.integration_step)
         held = Period(inputs[..., k, :], _on(history.enabled, k), h, count)
-        if laws.sensors.dynamic:
+        if laws.sensors.dynamic and recent[k]:
             faster = _faster(model, state, recalled, memory, held)
             recalled = laws.sensors.recall(recalled, faster, h * count)
         if not moved:  # commands need no substeps
@@ -154,7 +161,7 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
             rate = (1 - share) * rates[k] + share * rates[k + 1]
             if laws.recalls:
                 memory = laws.remember(true[k][0], rate, memory, h)
-            if laws.gap is not None:
+            if laws.gap is not None and recent[k]:
                 angles = true[k][0] + (i + 0.5) * h * rate
                 memory = _play(model, memory, angles, rate, Period(u, on, h, 1))
             memory = {**memory, TIME: memory[TIME] + h}

@@ -9,6 +9,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
+from leo_diffmodel.compare.windows import with_past
 from leo_diffmodel.explain.estimate.estimator import FIT, PART, Progress, SCAN
 from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
@@ -18,7 +19,6 @@ from leo_diffmodel.explain.findings.last_fits import finish, Finished
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import Unknown
-from leo_diffmodel.explain.unknown.attempt import with_past
 from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
@@ -78,7 +78,8 @@ def _unknown(recordings: Recordings, done: Finished) -> Unknown | None:
     if unknown.fit is None:
         return unknown
     if unknown.variable == 'path':
-        held = replace(held, windows=with_past(recordings, held.windows, held.problem.numerics))
+        past = held.problem.numerics.past_samples
+        held = replace(held, windows=with_past(recordings, held.windows, past))
     before, after = (held.headline.mean(held.figures(f)) for f in (done.law.base, unknown.fit))
     return replace(unknown, error_before=before, error_after=after)
 

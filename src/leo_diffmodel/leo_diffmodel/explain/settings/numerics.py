@@ -213,7 +213,6 @@ class Numerics:
     law_refinements: int = 3  # how often a readable law is read again at most
     sparing: bool = False  # whether a law is looked for only where what the effects leave matters
     past_samples: int = 300  # of history before a window, for a memory of the path
-    instant: float = 1e-9  # s: what a sample lasts that stands for those before the recording
     stretches: int = 30  # in which a window's missing torque is free, at most
     small_torque: float = 1e-3  # of the robot's largest, by which its answer to a torque is found
     runaway: float = 100.0  # times the largest measured rate: a law that gets there has run away

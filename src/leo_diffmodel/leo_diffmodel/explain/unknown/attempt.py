@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recordings
+from leo_diffmodel.bags.recording import Recordings
 from leo_diffmodel.compare.sizes import in_volts
-from leo_diffmodel.compare.windows import Array, Windows
+from leo_diffmodel.compare.windows import Array, with_past
 from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate, far_ends, far_floor
 from leo_diffmodel.explain.estimate.fit import fit
@@ -20,7 +20,6 @@ from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score, Scored, Weight
 from leo_diffmodel.explain.select.sets import Names
-from leo_diffmodel.explain.settings import Numerics
 from leo_diffmodel.explain.unknown.curves import carry, Curve
 from leo_diffmodel.explain.unknown.found_effect import expressible, FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence, influence
@@ -230,30 +229,8 @@ def _with_long_past(recordings: Recordings, posed: Posed) -> Posed:
     """The problem with as much history as a memory of the path needs."""
 
     def remembering(problem: Problem) -> Problem:
-        return replace(problem, windows=with_past(recordings, problem.windows, problem.numerics))
+        past = problem.numerics.past_samples
+        return replace(problem, windows=with_past(recordings, problem.windows, past))
 
     longer = posed.longer and remembering(posed.longer)
     return replace(posed, problem=remembering(posed.problem), longer=longer)
-
-
-def with_past(recordings: Recordings, windows: Windows, numerics: Numerics) -> Windows:
-    """These windows with much history each, which a memory of the path needs.
-
-    Where an episode has fewer, its first sample is repeated for an instant.
-    """
-    parts = []
-    for source, start in zip(windows.source, windows.start, strict=True):
-        episode = next(e for e in recordings[source].episodes if e.t[0] <= start <= e.t[-1])
-        parts.append(_past(episode, float(start), numerics))
-    q, dq, inputs, enabled, gaps = (np.stack(column) for column in zip(*parts, strict=True))
-    return replace(windows, history=(q, dq, inputs, enabled, gaps))
-
-
-def _past(episode: Episode, start: float, numerics: Numerics) -> tuple[Array, ...]:
-    """Angles, rates, inputs, motors on and lengths of the samples before an instant."""
-    first, count = int(np.argmin(np.abs(episode.t - start))), numerics.past_samples
-    pick = np.maximum(np.arange(first - count, first), 0)
-    gaps = episode.t[np.minimum(pick + 1, first)] - episode.t[pick]
-    gaps = np.maximum(gaps, numerics.instant)
-    gaps[: max(0, count - first)] = numerics.instant
-    return episode.q[pick], episode.dq[pick], episode.inputs[pick], episode.enabled[pick], gaps
