@@ -69,8 +69,8 @@ class FeetechBus(dynamixel.Bus):
     def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
         if packet.instruction == dynamixel.READ and len(packet.parameters) == 2:
             return self._read(number, servo, packet.parameters)
-        if packet.instruction in (dynamixel.WRITE, dynamixel.REG_WRITE, dynamixel.ACTION):
-            self._act(servo, number, packet)
+        if packet.instruction == dynamixel.WRITE:
+            self._act(servo, packet)
         return self._status(number, servo.error())
 
     def _status(self, number: int, error: int, data: bytes = b'') -> bytes:

@@ -135,7 +135,7 @@ def test_eeprom_is_locked_while_torque_is_on_and_limits_hold(port):
     assert read(port, 1, 'goal_pwm') == -300
 
 
-def test_sync_write_and_both_sync_reads(rig, port):
+def test_sync_write_and_sync_read(rig, port):
     for servo in LEGS:
         in_pwm_mode(port, servo)
     goal = R['goal_pwm']
@@ -146,30 +146,13 @@ def test_sync_write_and_both_sync_reads(rig, port):
     reader = sdk.GroupSyncRead(port, SDK, R['present_pwm'].address, 23)
     for servo in LEGS:
         reader.addParam(servo)
-    for ask in (reader.txRxPacket, reader.fastSyncRead):
-        assert ask() == sdk.COMM_SUCCESS
-        assert [reader.getData(n, 124, 2) for n in LEGS] == [10 * n for n in LEGS]
-        assert [reader.getData(n, 144, 2) for n in LEGS] == 6 * [138]
-        assert [reader.getData(n, 146, 1) for n in LEGS] == 6 * [30]
+    assert reader.txRxPacket() == sdk.COMM_SUCCESS
+    assert [reader.getData(n, 124, 2) for n in LEGS] == [10 * n for n in LEGS]
+    assert [reader.getData(n, 144, 2) for n in LEGS] == 6 * [138]
+    assert [reader.getData(n, 146, 1) for n in LEGS] == 6 * [30]
     signs = [1, -1, 1, -1, 1, -1]
     expected = [sign * 10 * n / 885 * 13.8 for sign, n in zip(signs, LEGS, strict=True)]
     rig.until(lambda: np.allclose(rig.plant.volts, expected), 'not what was written')
-
-
-def test_bulk_read(port):
-    reader = sdk.GroupBulkRead(port, SDK)
-    reader.addParam(1, 132, 4)
-    reader.addParam(2, 144, 2)
-    assert reader.txRxPacket() == sdk.COMM_SUCCESS
-    assert reader.getData(2, 144, 2) == 138
-
-
-def test_registered_writes_wait_for_the_action(port):
-    in_pwm_mode(port, 1)
-    assert SDK.regWriteTxRx(port, 1, 100, 2, [5, 0]) == (sdk.COMM_SUCCESS, 0)
-    assert read(port, 1, 'goal_pwm') == 0
-    assert SDK.action(port, 0xFE) == sdk.COMM_SUCCESS
-    assert read(port, 1, 'goal_pwm') == 5
 
 
 def test_the_robot_moves_as_its_motor_is_told_and_is_measured_in_counts(rig, port):
