@@ -9,14 +9,14 @@ from itertools import takewhile
 
 from dynamixel_sdk import Protocol2PacketHandler
 
-from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
+from leo_sim.drivers.servo_bus.line import Framing, Packet
 from leo_sim.drivers.servo_bus.servo import Servo
 
 HEADER = b'\xff\xff\xfd\x00'
 STUFFED = b'\xff\xff\xfd'
 STATUS = 0x55
 _OVERHEAD = len(HEADER) + 3  # bytes before those that the length counts: header, id, length
-PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x08, 0x82, 0x83
+PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x82, 0x83
 INSTRUCTION_ERROR = 2
 _SDK = Protocol2PacketHandler()
 NEVER, ON_READ = 0, 1  # values of status_return_level below 2, which answers everything
@@ -78,59 +78,48 @@ class Bus:
 
     def answer(self, packet: Packet, now: float) -> list[bytes]:
         """The status packets that follow an instruction heard at time `now` [s], in order."""
-        chosen = self._awake()
-        for servo in chosen.values():
+        awake = {n: servo for n, servo in self.servos.items() if n not in self.silent}
+        for servo in awake.values():
             servo.watch(now)
             servo.hear(now)
-        several = {SYNC_READ: self._sync_read, SYNC_WRITE: self._sync_write}
-        if packet.instruction in several:
-            return several[packet.instruction](packet.parameters)
-        if packet.id != BROADCAST:
-            chosen = {number: s for number, s in chosen.items() if number == packet.id}
-        said = [self._one(servo, number, packet) for number, servo in sorted(chosen.items())]
-        unanswered = packet.id == BROADCAST and packet.instruction != PING
-        return [] if unanswered else [data for data in said if data]
+        if packet.instruction == SYNC_READ:
+            return self._sync_read(awake, packet.parameters)
+        if packet.instruction == SYNC_WRITE:
+            return self._sync_write(awake, packet.parameters)
+        said = self._one(awake[packet.id], packet) if packet.id in awake else b''
+        return [said] if said else []
 
     def watch(self, now: float) -> None:
         for servo in self.servos.values():
             servo.watch(now)
 
-    def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
+    def _one(self, servo: Servo, packet: Packet) -> bytes:
         data, level = packet.parameters, servo.get('status_return_level')
         if packet.instruction == PING:
             facts = servo.model.number.to_bytes(2, 'little')
             version = servo.get('firmware_version').to_bytes(1, 'little')
-            return self._status(number, servo.error(), facts + version)
+            return self._status(packet.id, servo.error(), facts + version)
         if packet.instruction == READ and len(data) == 4:
-            return b'' if level == NEVER else self._read(number, servo, data)
+            return b'' if level == NEVER else self._read(packet.id, servo, data)
         error = self._act(servo, packet)
-        return b'' if level <= ON_READ else self._status(number, error)
+        return b'' if level <= ON_READ else self._status(packet.id, error)
 
     def _act(self, servo: Servo, packet: Packet) -> int:
-        data = packet.parameters
-        at, values = self._number(data), data[self.wide :]
+        values = packet.parameters[self.wide :]
         if packet.instruction == WRITE and values:
-            return servo.write(at, values)
-        if packet.instruction == REBOOT:
-            servo.restart()
-            return servo.error()
+            return servo.write(self._number(packet.parameters), values)
         return servo.error(INSTRUCTION_ERROR)
 
-    def _sync_read(self, data: bytes) -> list[bytes]:
-        awake = self._awake()
+    def _sync_read(self, awake: Mapping[int, Servo], data: bytes) -> list[bytes]:
         asked = takewhile(awake.__contains__, data[2 * self.wide :])
         return [self._read(number, awake[number], data) for number in asked]
 
-    def _sync_write(self, data: bytes) -> list[bytes]:
+    def _sync_write(self, awake: Mapping[int, Servo], data: bytes) -> list[bytes]:
         address, length = self._number(data), self._number(data[self.wide :])
-        awake = self._awake()
         for start in range(2 * self.wide, len(data) - length, 1 + length):
             if data[start] in awake:
                 awake[data[start]].write(address, data[start + 1 : start + 1 + length])
         return []
-
-    def _awake(self) -> dict[int, Servo]:
-        return {n: servo for n, servo in self.servos.items() if n not in self.silent}
 
     def _number(self, data: bytes) -> int:
         return int.from_bytes(data[: self.wide], 'little')
