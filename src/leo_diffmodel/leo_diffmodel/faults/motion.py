@@ -13,10 +13,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array, diags_array, vstack
 from scipy.special import huber
 
 from leo_diffmodel.faults.settings import LIMITS
-from leo_diffmodel.faults.spline import Array, Knots, Rows, solved
+from leo_diffmodel.faults.spline import Array, knots_of, solved
 from leo_diffmodel.outside.samples import block_covariance, huber_weight, noise, resolution, spread
 
 TINY = 1e-300
@@ -73,8 +74,8 @@ class Motion:
     def __init__(self, parts: Sequence[Channels]) -> None:
         self.parts = [p._replace(q=p.q - p.q.mean()) for p in parts]
         self.period = float(np.median(np.concatenate([np.diff(p.t) for p in parts])))
-        _, self.q, self.dq = map(np.concatenate, zip(*self.parts, strict=True))
-        self.knots, self.count = _knots(self.parts, LIMITS.knots * self.period)
+        self.t, self.q, self.dq = map(np.concatenate, zip(*self.parts, strict=True))
+        self.knots = knots_of([p.t for p in parts], LIMITS.knots * self.period)
         self.block = _blocks(self.parts)
         self.sigma = np.array([_noise(self.parts, n) for n in ('q', 'dq')])
 
@@ -129,35 +130,30 @@ class Motion:
         scores = (at.weight * at.rest)[:, None] * at.slope
         apart = block_covariance(at.inverse, scores, self.block)
         squares = float((at.weight * at.rest**2).sum())
-        alone = at.inverse * squares / max(2 * len(self.q) - self.count, 1)
+        alone = at.inverse * squares / max(2 * len(self.q) - self.knots.total, 1)
         ratio = np.sqrt(np.maximum(alone.diagonal() / np.maximum(apart.diagonal(), 1e-300), 1.0))
         covariance = np.zeros((len(NAMES), len(NAMES)))
         covariance[np.ix_(index, index)] = apart * np.outer(ratio, ratio)
         loss = float(huber(LIMITS.motion_huber, at.rest).sum())
         return Law(at.theta, covariance, loss, at.weight)
 
-    def _rows(self, theta: Array) -> tuple[Rows, Rows, Rows, Rows]:
+    def _rows(self, theta: Array) -> tuple[csr_array, csr_array, csr_array, csr_array]:
         """Rows of angle and speed, and of p' and p'' where the angle sees them."""
-        late = theta[1]
-        each = [*zip(self.knots, self.parts, strict=True)]
-        p, dp, ddp = (
-            Rows.stacked([knots.rows(part.t + late, d) for knots, part in each]) for d in range(3)
-        )
-        speed = Rows.stacked([knots.rows(part.t, 1) for knots, part in each])
-        return p + theta[2] * dp, speed, dp, dp + theta[2] * ddp
+        p, dp, ddp = (self.knots.rows(self.t + theta[1], d) for d in range(3))
+        return p + theta[2] * dp, self.knots.rows(self.t, 1), dp, dp + theta[2] * ddp
 
-    def _whitened(self, theta: Array) -> tuple[Rows, Array]:
+    def _whitened(self, theta: Array) -> tuple[csr_array, Array]:
         """Rows of both channels and what they should give, in standard deviations."""
         angle, speed, _, _ = self._rows(theta)
         sq, sw = self.sigma
-        rows = Rows.stacked([(1 / sq) * angle, (theta[0] / sw) * speed])
+        rows = vstack([(1 / sq) * angle, (theta[0] / sw) * speed], format='csr')
         return rows, np.r_[self.q / sq, (self.dq - theta[3]) / sw]
 
     def _linear(self, theta: Array, weight: Array, index: Sequence[int]) -> tuple[Array, Array]:
         """What the best spline leaves over (2N,), and its change with the parameters (2N, P)."""
         (rows, y), root = self._whitened(theta), np.sqrt(weight)
-        weighted = root * rows
-        spline = solved(weighted, self.count, (root * y)[:, None])[:, 0]
+        weighted = diags_array(root) @ rows
+        spline = solved(weighted, (root * y)[:, None])[:, 0]
         _, speed, rate, change = self._rows(theta)
         sq, sw = self.sigma
         each = np.zeros((2, len(self.q), len(NAMES)))
@@ -166,17 +162,16 @@ class Motion:
         each[0, :, 2] = (rate @ spline) / sq
         each[1, :, 3] = 1.0 / sw
         columns = each.reshape(-1, len(NAMES))[:, list(index)]
-        seen = solved(weighted, self.count, root[:, None] * columns)
-        return y - rows @ spline, columns - np.stack([rows @ s for s in seen.T], axis=1)
+        seen = solved(weighted, root[:, None] * columns)
+        return y - rows @ spline, columns - rows @ seen
 
     def _noises(self, law: Law) -> Array:
         (rows, y), root = self._whitened(law.theta), np.sqrt(law.weight)
         probes = np.random.default_rng(0).choice([-1.0, 1.0], (len(y), LIMITS.probes))
-        weighted = root * rows
-        found = solved(weighted, self.count, np.column_stack([root * y, probes]))
+        weighted = diags_array(root) @ rows
+        found = solved(weighted, np.column_stack([root * y, probes]))
         rest = root * (y - rows @ found[:, 0])
-        each = [p * (weighted @ f) for p, f in zip(probes.T, found.T[1:], strict=True)]
-        spent = np.mean(each, axis=0)
+        spent = (probes * (weighted @ found[:, 1:])).mean(axis=1)
         left = np.maximum((law.weight - spent).reshape(2, -1).sum(axis=1), 0.02 * len(self.q))
         sizes = np.sqrt((rest**2).reshape(2, -1).sum(axis=1) / left)
         least = LIMITS.floor * np.array([np.ptp(self.q), np.ptp(self.dq)]) + 1e-12
@@ -196,16 +191,6 @@ def coarse(parts: Sequence[Channels], period: float) -> Array:
         power += float(slope @ slope)
     best = int(np.argmax(np.abs(crossed)))
     return np.array([crossed[best] / max(power, 1e-300), (best - reach) * period, 0.0, 0.0])
-
-
-def _knots(parts: Sequence[Channels], step: float) -> tuple[list[Knots], int]:
-    """Knots of each stretch, which go on beyond it, and how many coefficients there are."""
-    out, offset = [], 0
-    for part in parts:
-        count = int(np.ceil((part.t[-1] - part.t[0] + 2 * LIMITS.reach) / step)) + 4
-        out.append(Knots(float(part.t[0]) - LIMITS.reach, step, count, offset))
-        offset += count
-    return out, offset
 
 
 def _blocks(parts: Sequence[Channels]) -> Array:

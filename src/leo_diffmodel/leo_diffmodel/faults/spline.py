@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solveh_banded
+from scipy.sparse import csr_array
 
 from leo_diffmodel.faults.settings import LIMITS
 
@@ -16,57 +17,42 @@ PIECES = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) 
 
 
 @dataclass(frozen=True)
-class Rows:
-    """Rows of a linear map of spline coefficients, each with four neighbouring entries."""
-
-    first: Array  # index of the first coefficient of each row, shape (N,)
-    values: Array  # shape (N, 4)
-    __array_ufunc__ = None
-
-    def __add__(self, other: 'Rows') -> 'Rows':
-        return Rows(self.first, self.values + other.values)
-
-    def __rmul__(self, factor: float | Array) -> 'Rows':
-        return Rows(self.first, np.reshape(factor, (-1, 1)) * self.values)
-
-    def __matmul__(self, coefficients: Array) -> Array:
-        picked = coefficients[self.first[:, None] + np.arange(ORDER)]
-        return np.asarray((self.values * picked).sum(axis=1))
-
-    @staticmethod
-    def stacked(parts: 'Sequence[Rows]') -> 'Rows':
-        first, values = zip(*((p.first, p.values) for p in parts), strict=True)
-        return Rows(np.concatenate(first), np.concatenate(values))
-
-
-@dataclass(frozen=True)
 class Knots:
-    begin: float  # time of the first knot [s]
-    step: float  # between two knots [s]
-    count: int  # of coefficients
-    offset: int  # of the stretch's first coefficient among those of all stretches
+    """Of splines on several stretches: each sample has those of its own, (N,)."""
 
-    def rows(self, t: Array, derivative: int = 0) -> Rows:
-        """Values, or derivatives, of the basis functions at t (N,)."""
+    begin: Array | float  # time of its first knot [s]
+    offset: Array | int  # of its first coefficient among those of all stretches
+    count: Array | int  # of its coefficients
+    step: float  # between two knots [s]
+    total: int  # of coefficients of all stretches
+
+    def rows(self, t: Array, derivative: int = 0) -> csr_array:
+        """Values, or derivatives, of the basis functions at the samples' t (N,): (N, total)."""
         place = np.clip((t - self.begin) / self.step, 0, self.count - ORDER + 1 - 1e-9)
         first = place.astype(int)
         degree, factor = np.arange(ORDER), np.ones(ORDER)  # of 1, u, u^2, u^3
         for k in range(derivative):
             factor *= np.maximum(degree - k, 0)
         powers = (place - first)[:, None] ** np.maximum(degree - derivative, 0)
-        return Rows(self.offset + first, powers @ (PIECES * factor).T / self.step**derivative)
+        values = powers @ (PIECES * factor).T / self.step**derivative
+        columns = (self.offset + first)[:, None] + degree
+        ends = ORDER * np.arange(len(t) + 1)
+        return csr_array((values.ravel(), columns.ravel(), ends), shape=(len(t), self.total))
 
 
-def solved(rows: Rows, count: int, targets: Array) -> Array:
+def knots_of(times: Sequence[Array], step: float) -> Knots:
+    """Knots of stretches with samples at these times, which go on beyond them."""
+    counts = [int(np.ceil((t[-1] - t[0] + 2 * LIMITS.reach) / step)) + 4 for t in times]
+    begins, offsets = [t[0] - LIMITS.reach for t in times], np.cumsum([0, *counts[:-1]])
+    samples = [*map(len, times)]
+    begin, offset, count = (np.repeat(x, samples) for x in (begins, offsets, counts))
+    return Knots(begin, offset, count, step, sum(counts))
+
+
+def solved(rows: csr_array, targets: Array) -> Array:
     """Least-squares coefficients (count, K) of targets (N, K)."""
-    bands = np.zeros((ORDER, count))
-    for a in range(ORDER):
-        for b in range(a, ORDER):
-            product = rows.values[:, a] * rows.values[:, b]
-            bands[b - a] += np.bincount(rows.first + a, product, count)
+    normal, bands = rows.T @ rows, np.zeros((ORDER, rows.shape[1]))
+    for k in range(ORDER):
+        bands[k, : rows.shape[1] - k] = normal.diagonal(k)
     bands[0] += LIMITS.ridge * bands[0].mean() + 1e-300
-    right = np.zeros((count, targets.shape[1]))
-    for a in range(ORDER):
-        for column, y in zip(right.T, targets.T, strict=True):
-            column += np.bincount(rows.first + a, rows.values[:, a] * y, count)
-    return np.asarray(solveh_banded(bands, right, lower=True))
+    return np.asarray(solveh_banded(bands, rows.T @ targets, lower=True))

@@ -64,9 +64,9 @@ def test_noise_of_the_speed_does_not_make_its_scale_small():
 
 
 def test_a_spline_reproduces_a_cubic_and_its_slopes():
-    knots, t = Knots(-1.0, 0.25, 16, 0), np.linspace(0, 2, 60)
+    knots, t = Knots(-1.0, 0, 16, 0.25, 16), np.linspace(0, 2, 60)
     y = 1 + t - 2 * t**2 + 0.5 * t**3
-    c = solved(knots.rows(t), 16, y[:, None])[:, 0]
+    c = solved(knots.rows(t), y[:, None])[:, 0]
     assert knots.rows(t) @ c == pytest.approx(y, abs=1e-5)
     assert knots.rows(t, 1) @ c == pytest.approx(1 - 4 * t + 1.5 * t**2, abs=1e-4)
     assert knots.rows(t, 2) @ c == pytest.approx(-4 + 3 * t, abs=1e-3)

@@ -4,19 +4,19 @@
 Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/protocol2/
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from itertools import takewhile
 
 from dynamixel_sdk import Protocol2PacketHandler
 
-from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
+from leo_sim.drivers.servo_bus.line import Framing, Packet
 from leo_sim.drivers.servo_bus.servo import Servo
 
 HEADER = b'\xff\xff\xfd\x00'
 STUFFED = b'\xff\xff\xfd'
 STATUS = 0x55
 _OVERHEAD = len(HEADER) + 3  # bytes before those that the length counts: header, id, length
-PING, READ, WRITE, REG_WRITE, ACTION, REBOOT = 0x01, 0x02, 0x03, 0x04, 0x05, 0x08
-SYNC_READ, SYNC_WRITE, FAST_SYNC_READ, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x8A, 0x92, 0x93
+PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x82, 0x83
 INSTRUCTION_ERROR = 2
 _SDK = Protocol2PacketHandler()
 NEVER, ON_READ = 0, 1  # values of status_return_level below 2, which answers everything
@@ -27,11 +27,8 @@ def crc16(data: bytes) -> int:
 
 
 def encoded(packet: Packet) -> bytes:
-    return sealed(packet.id, stuffed(bytes([packet.instruction]) + packet.parameters))
-
-
-def sealed(servo: int, body: bytes) -> bytes:
-    data = HEADER + bytes([servo]) + (len(body) + 2).to_bytes(2, 'little') + body
+    body = stuffed(bytes([packet.instruction]) + packet.parameters)
+    data = HEADER + bytes([packet.id]) + (len(body) + 2).to_bytes(2, 'little') + body
     return data + crc16(data).to_bytes(2, 'little')
 
 
@@ -67,7 +64,7 @@ FRAMING = Framing(HEADER, 4, _size, _opened)
 
 
 class Bus:
-    """Servos by id that hear each other, all but the `silent` ones.
+    """Servos by id that hear each other, all but the `silent` ones; what our drivers send them.
 
     In a sync read each waits for the answer of the one before it: behind a silent one all are
     silent.
@@ -78,109 +75,51 @@ class Bus:
     def __init__(self, servos: Mapping[int, Servo]) -> None:
         self.servos = servos
         self.silent: frozenset[int] = frozenset()
-        self._registered: dict[int, tuple[int, bytes]] = {}
 
     def answer(self, packet: Packet, now: float) -> list[bytes]:
         """The status packets that follow an instruction heard at time `now` [s], in order."""
-        chosen = self._awake()
-        for servo in chosen.values():
+        awake = {n: servo for n, servo in self.servos.items() if n not in self.silent}
+        for servo in awake.values():
             servo.watch(now)
             servo.hear(now)
-        several = {
-            SYNC_READ: self._sync_read,
-            FAST_SYNC_READ: self._fast_sync_read,
-            SYNC_WRITE: self._sync_write,
-            BULK_READ: self._bulk_read,
-            BULK_WRITE: self._bulk_write,
-        }
-        if packet.instruction in several:
-            return several[packet.instruction](packet.parameters)
-        if packet.id != BROADCAST:
-            chosen = {number: s for number, s in chosen.items() if number == packet.id}
-        said = [self._one(servo, number, packet) for number, servo in sorted(chosen.items())]
-        unanswered = packet.id == BROADCAST and packet.instruction != PING
-        return [] if unanswered else [data for data in said if data]
+        if packet.instruction == SYNC_READ:
+            return self._sync_read(awake, packet.parameters)
+        if packet.instruction == SYNC_WRITE:
+            return self._sync_write(awake, packet.parameters)
+        said = self._one(awake[packet.id], packet) if packet.id in awake else b''
+        return [said] if said else []
 
     def watch(self, now: float) -> None:
         for servo in self.servos.values():
             servo.watch(now)
 
-    def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
+    def _one(self, servo: Servo, packet: Packet) -> bytes:
         data, level = packet.parameters, servo.get('status_return_level')
         if packet.instruction == PING:
             facts = servo.model.number.to_bytes(2, 'little')
             version = servo.get('firmware_version').to_bytes(1, 'little')
-            return self._status(number, servo.error(), facts + version)
+            return self._status(packet.id, servo.error(), facts + version)
         if packet.instruction == READ and len(data) == 4:
-            return b'' if level == NEVER else self._read(number, servo, data)
-        error = self._act(servo, number, packet)
-        return b'' if level <= ON_READ else self._status(number, error)
+            return b'' if level == NEVER else self._read(packet.id, servo, data)
+        error = self._act(servo, packet)
+        return b'' if level <= ON_READ else self._status(packet.id, error)
 
-    def _act(self, servo: Servo, number: int, packet: Packet) -> int:
-        data = packet.parameters
-        at, values = self._number(data), data[self.wide :]
+    def _act(self, servo: Servo, packet: Packet) -> int:
+        values = packet.parameters[self.wide :]
         if packet.instruction == WRITE and values:
-            return servo.write(at, values)
-        if packet.instruction == REG_WRITE and values:
-            self._registered[number] = at, values
-            return servo.error()
-        if packet.instruction == ACTION:
-            return servo.write(*self._registered.pop(number, (0, b'')))
-        if packet.instruction == REBOOT:
-            servo.restart()
-            return servo.error()
+            return servo.write(self._number(packet.parameters), values)
         return servo.error(INSTRUCTION_ERROR)
 
-    def _sync_read(self, data: bytes) -> list[bytes]:
-        asked = self._in_turn(data[2 * self.wide :])
-        return [self._read(number, servo, data) for number, servo in asked]
+    def _sync_read(self, awake: Mapping[int, Servo], data: bytes) -> list[bytes]:
+        asked = takewhile(awake.__contains__, data[2 * self.wide :])
+        return [self._read(number, awake[number], data) for number in asked]
 
-    def _fast_sync_read(self, data: bytes) -> list[bytes]:
-        """One status of all: error, id, data and CRC of each; it is not stuffed."""
-        body = bytes([STATUS])
-        found = list(self._in_turn(data[4:]))
-        if len(found) < len(data) - 4:
-            return []  # it never becomes whole
-        length = 1 + len(found) * (4 + _word(data[2:]))
-        for number, servo in found:
-            error, values = servo.read(_word(data), _word(data[2:]))
-            body += bytes([error, number]) + values
-            so_far = HEADER + bytes([BROADCAST]) + length.to_bytes(2, 'little') + body
-            body += crc16(so_far).to_bytes(2, 'little')
-        return [sealed(BROADCAST, body[:-2])]
-
-    def _bulk_read(self, data: bytes) -> list[bytes]:
-        wanted = [data[i : i + 5] for i in range(0, len(data) - 4, 5)]
-        found = self._in_turn(bytes(each[0] for each in wanted))
-        return [self._read(*one, each[1:]) for one, each in zip(found, wanted, strict=False)]
-
-    def _sync_write(self, data: bytes) -> list[bytes]:
+    def _sync_write(self, awake: Mapping[int, Servo], data: bytes) -> list[bytes]:
         address, length = self._number(data), self._number(data[self.wide :])
         for start in range(2 * self.wide, len(data) - length, 1 + length):
-            self._write(data[start], address, data[start + 1 : start + 1 + length])
+            if data[start] in awake:
+                awake[data[start]].write(address, data[start + 1 : start + 1 + length])
         return []
-
-    def _bulk_write(self, data: bytes) -> list[bytes]:
-        while len(data) > 5:
-            length = _word(data[3:])
-            self._write(data[0], _word(data[1:]), data[5 : 5 + length])
-            data = data[5 + length :]
-        return []
-
-    def _write(self, number: int, address: int, data: bytes) -> None:
-        servo = self._awake().get(number)
-        if servo is not None:
-            servo.write(address, data)
-
-    def _in_turn(self, ids: bytes) -> Iterator[tuple[int, Servo]]:
-        for number in ids:
-            servo = self._awake().get(number)
-            if servo is None:
-                return
-            yield number, servo
-
-    def _awake(self) -> dict[int, Servo]:
-        return {n: servo for n, servo in self.servos.items() if n not in self.silent}
 
     def _number(self, data: bytes) -> int:
         return int.from_bytes(data[: self.wide], 'little')

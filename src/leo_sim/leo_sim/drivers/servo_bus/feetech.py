@@ -60,18 +60,12 @@ class FeetechBus(dynamixel.Bus):
 
     wide = 1
 
-    def answer(self, packet: Packet, now: float) -> list[bytes]:
-        if packet.instruction in (dynamixel.SYNC_READ, dynamixel.SYNC_WRITE):
-            return super().answer(packet, now)
-        servo = self._awake().get(packet.id)
-        return [] if servo is None else [self._one(servo, packet.id, packet)]
-
-    def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
+    def _one(self, servo: Servo, packet: Packet) -> bytes:
         if packet.instruction == dynamixel.READ and len(packet.parameters) == 2:
-            return self._read(number, servo, packet.parameters)
-        if packet.instruction in (dynamixel.WRITE, dynamixel.REG_WRITE, dynamixel.ACTION):
-            self._act(servo, number, packet)
-        return self._status(number, servo.error())
+            return self._read(packet.id, servo, packet.parameters)
+        if packet.instruction == dynamixel.WRITE:
+            self._act(servo, packet)
+        return self._status(packet.id, servo.error())
 
     def _status(self, number: int, error: int, data: bytes = b'') -> bytes:
         return encoded(number, error, data)
