@@ -333,7 +333,8 @@ def _entry(effect: Effect) -> Iterator[str]:
 
 
 def _parameter(effect: Effect, parameter: Parameter) -> str:
-    unlimited = 'the supply' if parameter.unit == 'V' else 'the rate of the robot file'
+    limits = {'V': 'the supply', 'rad/s': 'the rate of the robot file'}
+    unlimited = limits.get(parameter.unit, 'so much that it limits nothing')
     neutral = unlimited if np.isinf(parameter.neutral) else f'{parameter.neutral:g}'
     if effect.hook == 'ground':
         neutral = "the ground's own"
