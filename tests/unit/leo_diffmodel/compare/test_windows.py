@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.simulate import record, TORQUE
+from tests.simulate import POSITION, record, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import cut, thin
@@ -60,3 +60,15 @@ def test_inputs_are_averaged_over_the_longer_steps():
     last = np.searchsorted(e.t, long.t[-1])
     total = (e.inputs[:-1] * width)[:last].sum(axis=0)
     np.testing.assert_allclose((long.inputs[:-1] * np.diff(long.t)[:, None]).sum(axis=0), total)
+
+
+def test_of_goals_windows_keep_more_and_an_episodes_first_sample_stands_for_what_was_before():
+    recording = record(POSITION, seconds=3)
+    windows, (episode,) = cut([recording], 0.3, history=0.15), recording.episodes
+    _, _, goals, _, gaps = windows.history
+    assert windows.start[0] == pytest.approx(0.15) and goals.shape[1] == 100
+    assert gaps[0] == pytest.approx([1e-9] * 85 + [0.01] * 15)
+    assert np.array_equal(
+        goals[0], np.concatenate([episode.inputs[[0] * 85], episode.inputs[:15]])
+    )
+    assert cut([SLOW], 0.3, history=0.15).history[0].shape[1] == 15
