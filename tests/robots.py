@@ -6,6 +6,7 @@ from pathlib import Path
 from tests.places import DATA
 
 from leo_sim.description.robot import load_robot, Robot
+from leo_sim.verbs.skeleton.folder import make_folder, Skeleton
 
 CART = load_robot(DATA / 'cart')  # that a motor pushes along a level rail: its joint slides
 CART_POLE = load_robot(DATA / 'cart_pole')  # the same with a pole that hangs from it
@@ -23,6 +24,13 @@ def made(folder: Path, urdf: str, figures: str) -> Robot:
     (folder / 'robot.urdf').write_text(urdf)
     (folder / 'robot.yaml').write_text(figures)
     return load_robot(folder)
+
+
+def skeleton_of(text: str, folder: Path, kind: str = 'torque', *more, **without) -> Skeleton:
+    """What `leo robot init` makes of a URDF or MJCF, in the folder `robot` beside it."""
+    folder.mkdir(exist_ok=True)
+    (folder / 'file.xml').write_text(text)
+    return make_folder(folder / 'file.xml', folder / 'robot', kind, *more, **without)
 
 
 def like(robot: Robot, folder: Path, *changes: tuple[str, str]) -> Robot:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.robots import CLAW
+from tests.robots import CLAW, skeleton_of
 from tests.simulate import bag, record
 
 from leo_diffmodel.explain.explanation import explain
@@ -13,15 +13,11 @@ from leo_diffmodel.explain.problem.classes import Facts
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.verbs.skeleton.folder import make_folder
 
 
 @pytest.fixture
 def claw(tmp_path: Path):
-    (tmp_path / 'claw.urdf').write_text(CLAW)
-    return make_folder(
-        tmp_path / 'claw.urdf', tmp_path / 'claw', 'torque', left_out=['wheel']
-    ).robot
+    return skeleton_of(CLAW, tmp_path, left_out=['wheel']).robot
 
 
 def inputs() -> np.ndarray:
@@ -41,7 +37,7 @@ def test_what_rubs_at_the_leader_is_named(claw):
 
 def test_compare_needs_the_leader_alone(claw, tmp_path, capsys):
     bag(tmp_path / 'bag', record(claw, inputs=inputs(), noise=(5e-4, 0.02)))
-    assert main(['compare', str(tmp_path / 'bag'), '--model', str(tmp_path / 'claw')]) == 0
+    assert main(['compare', str(tmp_path / 'bag'), '--model', str(tmp_path / 'robot')]) == 0
     out = capsys.readouterr().out
     assert 'No place stands out' in out and 'right' not in out
 

@@ -59,9 +59,13 @@ class Table(RichTable):
     Before that it leaves out its last columns, up to `spare`, and says so below.
     """
 
-    def __init__(self, *headers: Any, spare: int = 0, **options: Any) -> None:
+    def __init__(
+        self, *headers: Any, rows: Iterable[Iterable[str]] = (), spare: int = 0, **options: Any
+    ) -> None:
         super().__init__(*headers, **options)
         self._spare = spare
+        for row in rows:
+            self.add_row(*row)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterable[Any]:
         for column in (c for c in self.columns if c.no_wrap):

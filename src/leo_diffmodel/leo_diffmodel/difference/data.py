@@ -144,9 +144,8 @@ class Layout:
 
 
 def layout_of(robot: Robot) -> Layout:
-    kinds = {joint.name: joint.kind for joint in robot.joints}
     return Layout(
-        continuous=tuple(kinds[name] == 'continuous' for name in robot.joint_names),
+        continuous=tuple(j.kind == 'continuous' for j in robot.joints if j.independent),
         planar=robot.base == 'planar',
         actuators=len(robot.actuators),
     )

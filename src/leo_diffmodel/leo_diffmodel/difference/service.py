@@ -177,13 +177,10 @@ def read_query(message: JointState, model: Model) -> tuple[Array, Array, Array]:
     """Angles and rates (J,) and inputs (A,) of a query; UserError where one is missing."""
     robot = model.robot
     asked = JointStates.from_message(message).of(robot.joint_names)
-    driven = [robot.joint_names.index(actuator.joint) for actuator in robot.actuators]
-    inputs = None if asked.effort is None else asked.effort[driven]
-    if inputs is None:
-        unit = robot.input_unit
+    if asked.effort is None:
         raise UserError(
             f'a difference query for {robot.name} gives position and velocity of '
-            f'{", ".join(robot.joint_names)} and in effort the input [{unit}] of '
+            f'{", ".join(robot.joint_names)} and in effort the input [{robot.input_unit}] of '
             f'{", ".join(actuator.joint for actuator in robot.actuators)}'
         )
-    return asked.position, asked.velocity, inputs
+    return asked.position, asked.velocity, asked.effort[list(robot.actuated)]

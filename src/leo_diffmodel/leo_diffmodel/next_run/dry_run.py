@@ -10,7 +10,6 @@ from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.reach import from_here
 from leo_diffmodel.next_run.run_file import Run
-from leo_diffmodel.next_run.safety import limits
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import from_states, start_of
 from leo_sim.description.robot import Robot
@@ -69,7 +68,7 @@ def dry_run(
 def _travels(robot: Robot, episode: Episode) -> tuple[Travel, ...]:
     given = {a.joint: episode.inputs[:, k] for k, a in enumerate(robot.actuators)}
     out = []
-    for j, (name, stops) in enumerate(zip(robot.joint_names, limits(robot), strict=True)):
+    for j, (name, stops) in enumerate(zip(robot.joint_names, robot.stops, strict=True)):
         q, dq, u = episode.q[:, j], episode.dq[:, j], given.get(name)
         low, high = (float(s) if np.isfinite(s) else None for s in stops)
         inputs = None if u is None else (float(u.min()), float(u.max()))
@@ -82,7 +81,7 @@ def _stops(robot: Robot, episode: Episode) -> list[tuple[float, str]]:
     """Stops that joints come to from elsewhere; those of a walker are part of its days."""
     if robot.base_joints:
         return []
-    (low, high), out = limits(robot).T, []
+    (low, high), out = robot.stops.T, []
     room = np.minimum(episode.q - low, high - episode.q)
     for name, off in zip(robot.joint_names, room.T, strict=True):
         clear = np.flatnonzero(off > NEXT.clear)

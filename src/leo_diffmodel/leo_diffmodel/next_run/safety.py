@@ -126,19 +126,13 @@ def too_far(recording: Recording, robot: Robot, before: Seen) -> TooFar | None:
     return TooFar(fast | near, f'{name} {why}')
 
 
-def limits(robot: Robot) -> Array:
-    """Lowest and highest angle of each joint [rad, m], (J, 2); infinite without a stop."""
-    stops = {joint.name: joint.limits for joint in robot.joints}
-    return np.array([stops[name] for name in robot.joint_names])
-
-
 def room(robot: Robot, start: Array, before: Seen) -> tuple[Array, Array]:
     """Lowest and highest angle [rad] that a run may take each joint to, (J,).
 
     A margin off its stops, unless it begins nearer. A walker may go to its stops, and as far
     beyond as it was seen.
     """
-    low, high = limits(robot).T
+    low, high = robot.stops.T
     if robot.base_joints:
         give = NEXT.touch
         return np.minimum(low, before.low) - give, np.maximum(high, before.high) + give

@@ -130,10 +130,7 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
             cells = [list(column) for column in zip(*cells, strict=True)]
         (first, *others), *lines = cells
         title = f'held-out error {rows[0]["seconds"]:.2g} s ahead, rms / median'
-        table = Table(first, *figures(*others), title=title)
-        for line in lines:
-            table.add_row(*line)
-        Terminal().print(table)
+        Terminal().print(Table(first, *figures(*others), rows=lines, title=title))
     print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
     own = effect_words(result.model.effects)
     verb = ['learn'] if result.model.robot.reward else ['compare', 'BAG']

@@ -149,10 +149,8 @@ def _show(data: dict[str, Any], folder: Path | None) -> None:
     from leo_diffmodel.datasheet.words import errors_in_words, figures, friction, values_of
 
     console, error = Terminal(), data['error']
-    table = Table('figure', 'value ± 95 %', '', title=f'{data["robot"]}, motor at {data["joint"]}')
-    for row in figures(data):
-        table.add_row(*row)
-    console.print(table)
+    title = f'{data["robot"]}, motor at {data["joint"]}'
+    console.print(Table('figure', 'value ± 95 %', '', rows=figures(data), title=title))
     laws = Table('friction law', 'values', 'held-out error', 'behind [nats]', '')
     for row in data['ladder']:
         values, errors = '\n'.join(values_of(row['effects'])), errors_in_words(row['error'])
@@ -174,10 +172,7 @@ def _beside(options: Any) -> int:
         print(json.dumps(sheets))
         return 0
     names = [Path(name).parent.name or name for name in options.inputs]
-    table = Table('figure', *names, title='side by side')
-    for row in beside(sheets):
-        table.add_row(*row)
-    Terminal().print(table)
+    Terminal().print(Table('figure', *names, rows=beside(sheets), title='side by side'))
     return 0
 
 

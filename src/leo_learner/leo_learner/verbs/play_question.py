@@ -12,7 +12,7 @@ from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.dry_run import DryRun, Travel
 from leo_diffmodel.next_run.run_file import input_units
 from leo_diffmodel.next_run.settings import NEXT
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import figures, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.model.state import State
@@ -54,14 +54,11 @@ def agree(
 
 
 def table(found: DryRun, robot: Robot) -> Table:
-    shown = Table('joint', title='dry run: what the model predicts')
     angle = 'rad or m' if robot.slides else 'rad'
     given = f'input [{input_units(robot)}]'
-    for heading in (f'goes [{angle}]', 'stops', f'fastest [{angle}/s]', given):
-        shown.add_column(heading, justify='right')
-    for travel in found.travels:
-        shown.add_row(*_row(travel))
-    return shown
+    columns = figures(f'goes [{angle}]', 'stops', f'fastest [{angle}/s]', given)
+    title = 'dry run: what the model predicts'
+    return Table('joint', *columns, rows=map(_row, found.travels), title=title)
 
 
 def _row(travel: Travel) -> tuple[str, ...]:

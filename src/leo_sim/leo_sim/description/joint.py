@@ -126,7 +126,9 @@ def _bound(joint: Joint, leader: str, ratio: float, offset: float) -> Joint:
     if joint.kind == 'prismatic':
         place = place + offset * rotation @ joint.axis
     elif offset:
-        rotation = rotation @ _turned(joint.axis, offset)
+        from scipy.spatial.transform import Rotation  # most robots need none of it
+
+        rotation = rotation @ Rotation.from_rotvec(offset * np.array(joint.axis)).as_matrix()
     x, y, z = place.tolist()
     return replace(
         joint,
@@ -136,9 +138,3 @@ def _bound(joint: Joint, leader: str, ratio: float, offset: float) -> Joint:
         ratio=ratio,
         damping=0.0,
     )
-
-
-def _turned(axis: tuple[float, float, float], angle: float) -> np.ndarray:
-    x, y, z = axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew)

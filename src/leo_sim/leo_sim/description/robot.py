@@ -136,8 +136,12 @@ class Robot:
         bounds = np.stack([-self.limits, self.limits])
         if self.input != 'position':
             return bounds
-        stops = {joint.name: joint.limits for joint in self.joints}
-        return np.clip(bounds, *np.array([stops[a.joint] for a in self.actuators]).T)
+        return np.clip(bounds, *self.stops[list(self.actuated)].T)
+
+    @property
+    def stops(self) -> np.ndarray:
+        """Lowest and highest angle of each moving joint rad (m), infinite without, (J, 2)."""
+        return np.array([joint.limits for joint in self.joints if joint.independent])
 
     @property
     def input_noise(self) -> np.ndarray:

@@ -122,16 +122,11 @@ def _asker() -> Callable[[str], None]:
 
 def _print_findings(found: Findings) -> None:
     if found.settings:
-        table = Table('servo', 'what it is set to')
-        for servo, words in found.settings.items():
-            table.add_row(servo, words)
-        Terminal().print(table)
+        Terminal().print(Table('servo', 'what it is set to', rows=found.settings.items()))
     for line in found.differs:
         print(visible(line))
 
 
 def _table(results: list[Result]) -> None:
-    table = Table('check', 'verdict', 'what', 'what to mend')
-    for result in results:
-        table.add_row(result.name, result.verdict, result.what, result.mend)
-    Terminal().print(table)
+    rows = ((r.name, r.verdict, r.what, r.mend) for r in results)
+    Terminal().print(Table('check', 'verdict', 'what', 'what to mend', rows=rows))

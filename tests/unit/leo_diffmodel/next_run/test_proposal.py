@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.robots import SLIDES
+from tests.robots import skeleton_of, SLIDES
 from tests.simulate import DT, PENDULUM, record, steps
 
 from leo_diffmodel.explain.problem.candidates import candidates
@@ -22,7 +22,6 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.verbs.skeleton.folder import make_folder
 
 MODEL = Model(PENDULUM)
 DEAD_BAND = place(PENDULUM, 'voltage_deadband', 'pivot', v=0.05)
@@ -169,8 +168,7 @@ def test_a_run_file_replaces_only_a_run_file(tmp_path):
     ('kind', 'unit', 'of_turning'), [('torque', 'N', 'N m'), ('position', 'm', 'rad')]
 )
 def test_inputs_of_a_slide_are_in_its_unit_and_old_ones_are_read(kind, unit, of_turning, tmp_path):
-    (tmp_path / 'slide.urdf').write_text(SLIDES)
-    robot = make_folder(tmp_path / 'slide.urdf', tmp_path / 'slide', kind).robot
+    robot = skeleton_of(SLIDES, tmp_path, kind).robot
     run = Run('r', '', np.full((9, 1), 0.02), np.ones(9, bool))
     path = write_run(tmp_path / 'run.csv', run, robot)
     text = path.read_text()

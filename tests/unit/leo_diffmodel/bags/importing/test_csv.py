@@ -18,22 +18,26 @@ def table(folder, text, **said):
 
 
 @pytest.mark.parametrize(
-    ('text', 'said'),
+    ('text', 'said', 'names'),
     [
-        ('t,q\n0,1.5\n0.25,-2\n0.5,1e-3\n', {}),
-        ('t;q\n0;1.5\n0.25;-2\n0.5;0.001\n', {}),
-        ('t;q\n0;1,5\n0,25;-2\n0,5;1e-3\n', {}),
-        ('t\tq\r\n0\t1,5\r\n0,25\t-2\r\n0,5\t0,001\r\n', {}),
-        ('t,q\n"0","1,5"\n"0,25","-2"\n"0,5","0,001"\n', {}),
-        ('# t ; q\n\n0 ; 1,5\n 0,25 ; -2\n0,5;1,0E-3\n', {}),
-        ('0,00;1,5\n0,25;-2,0\n0,50;0,001\n', {'header': ['t', 'q']}),
-        ('t|q\n0|1.5\n0.25|-2\n0.5|0.001\n', {'delimiter': '|'}),
-        ('t;q\n0;1,500\n0,250;-2,000\n0,500;0,001\n', {'decimal': ','}),
+        ('t,q\n0,1.5\n0.25,-2\n0.5,1e-3\n', {}, 'tq'),
+        ('t;q\n0;1.5\n0.25;-2\n0.5;0.001\n', {}, 'tq'),
+        ('t;q\n0;1,5\n0,25;-2\n0,5;1e-3\n', {}, 'tq'),
+        ('t\tq\r\n0\t1,5\r\n0,25\t-2\r\n0,5\t0,001\r\n', {}, 'tq'),
+        ('t,q\n"0","1,5"\n"0,25","-2"\n"0,5","0,001"\n', {}, 'tq'),
+        ('# t ; q\n\n0 ; 1,5\n 0,25 ; -2\n0,5;1,0E-3\n', {}, 'tq'),
+        ('0,00;1,5\n0,25;-2,0\n0,50;0,001\n', {'header': ['t', 'q']}, 'tq'),
+        ('t|q\n0|1.5\n0.25|-2\n0.5|0.001\n', {'delimiter': '|'}, 'tq'),
+        ('t;q\n0;1,500\n0,250;-2,000\n0,500;0,001\n', {'decimal': ','}, 'tq'),
+        ('0,1.5\n0.25,-2\n0.5,1e-3\n', {}, '01'),
+        ('0 1.5\n0.25   -2\n0.5\t1e-3\n', {}, '01'),
+        ('# a run\n0;1,5\n0,25;-2,0\n0,5;1e-3\n', {}, '01'),
+        ('0,1\n0,1.5\n0.25,-2\n0.5,1e-3\n', {}, '01'),
     ],
 )
-def test_any_delimiter_and_decimal_sign(tmp_path, text, said):
+def test_any_delimiter_and_decimal_sign_and_no_header(tmp_path, text, said, names):
     found = table(tmp_path, text, **said)
-    assert list(found) == ['t', 'q']
+    assert list(found) == [*names]
     np.testing.assert_array_equal(np.column_stack([*found.values()]), NUMBERS)
 
 
@@ -79,21 +83,6 @@ def test_comments_above_the_header_and_their_constants(tmp_path, above):
     assert {*found} == {'mass', 'Länge', 't', 'q'}
     assert found['mass'].tolist() == [0.5] * 3 and found['Länge'].tolist() == [0.25] * 3
     np.testing.assert_array_equal(np.column_stack([found['t'], found['q']]), NUMBERS)
-
-
-@pytest.mark.parametrize(
-    'text',
-    [
-        '0,1.5\n0.25,-2\n0.5,1e-3\n',
-        '0 1.5\n0.25   -2\n0.5\t1e-3\n',
-        '# a run\n0;1,5\n0,25;-2,0\n0,5;1e-3\n',
-        '0,1\n0,1.5\n0.25,-2\n0.5,1e-3\n',
-    ],
-)
-def test_without_a_header_columns_are_counted(tmp_path, text):
-    found = table(tmp_path, text)
-    assert list(found) == ['0', '1']
-    np.testing.assert_array_equal(np.column_stack([*found.values()]), NUMBERS)
 
 
 def test_a_column_named_twice_is_refused_until_the_map_names_all(tmp_path):

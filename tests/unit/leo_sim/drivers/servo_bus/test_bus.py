@@ -132,37 +132,6 @@ def test_eeprom_is_locked_while_torque_is_on_and_limits_hold(port):
     assert read(port, 1, 'goal_pwm') == -300
 
 
-def test_sync_write_and_sync_read(rig, port):
-    for servo in LEGS:
-        in_pwm_mode(port, servo)
-    goal = R['goal_pwm']
-    writer = sdk.GroupSyncWrite(port, SDK, goal.address, goal.size)
-    for servo in LEGS:
-        writer.addParam(servo, list(goal.encode(10 * servo)))
-    assert writer.txPacket() == sdk.COMM_SUCCESS
-    reader = sdk.GroupSyncRead(port, SDK, R['present_pwm'].address, 23)
-    for servo in LEGS:
-        reader.addParam(servo)
-    assert reader.txRxPacket() == sdk.COMM_SUCCESS
-    assert [reader.getData(n, 124, 2) for n in LEGS] == [10 * n for n in LEGS]
-    assert [reader.getData(n, 144, 2) for n in LEGS] == 6 * [138]
-    assert [reader.getData(n, 146, 1) for n in LEGS] == 6 * [30]
-    signs = [1, -1, 1, -1, 1, -1]
-    expected = [sign * 10 * n / 885 * 13.8 for sign, n in zip(signs, LEGS, strict=True)]
-    rig.until(lambda: np.allclose(rig.plant.volts, expected), 'not what was written')
-
-
-def test_the_robot_moves_as_its_motor_is_told_and_is_measured_in_counts(rig, port):
-    in_pwm_mode(port, 5)
-    before = read(port, 5, 'present_position')
-    write(port, 5, 'goal_pwm', 100)
-    rig.until(lambda: read(port, 5, 'present_position') >= before + 100)
-    angle = rig.plant._state.q[rig.plant.info.joints.index('left_ankle')]
-    count = read(port, 5, 'present_position')
-    assert (count - 2048) * 2 * np.pi / 4096 == pytest.approx(angle, abs=0.2)
-    assert angle > 0.0
-
-
 def test_the_bus_watchdog_stops_and_keeps_goals_from_being_written(rig, port):
     in_pwm_mode(port, 1)
     assert write(port, 1, 'bus_watchdog', 5) == 0

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 from tests.places import DATA
-from tests.robots import CLAW, SLIDES
+from tests.robots import CLAW, skeleton_of, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
@@ -30,20 +30,18 @@ def test_everything_beyond_the_link_goes(tmp_path, capsys):
 
 
 def test_what_is_no_robot_of_ours_may_be_what_goes(tmp_path):
-    path = tmp_path / 'arm.urdf'
     old = 'name="right" type="prismatic"'
-    path.write_text(SLIDES.replace(old, old.replace('prismatic', 'floating')))
+    text = SLIDES.replace(old, old.replace('prismatic', 'floating'))
     with pytest.raises(UserError, match='floating'):
-        make_folder(path, tmp_path / 'arm', 'torque')
-    robot = make_folder(path, tmp_path / 'arm', 'torque', left_out=['r']).robot
+        skeleton_of(text, tmp_path)
+    robot = skeleton_of(text, tmp_path, left_out=['r']).robot
     assert robot.joint_names == ('left',) and not robot.copies
 
 
 def test_dry_friction_of_what_goes_is_not_named(tmp_path):
-    path = tmp_path / 'claw.urdf'
     limit = '<limit effort="0.05" velocity="20"/>'
-    path.write_text(CLAW.replace(limit, f'{limit}<dynamics friction="1"/>'))
-    made = make_folder(path, tmp_path / 'claw', 'torque', left_out=['tip'])
+    text = CLAW.replace(limit, f'{limit}<dynamics friction="1"/>')
+    made = skeleton_of(text, tmp_path, left_out=['tip'])
     assert not any('friction' in note for note in made.notes)
     assert made.notes[-1] == 'tip, wheel left out with bend, spin'
 
@@ -59,8 +57,6 @@ def test_dry_friction_of_what_goes_is_not_named(tmp_path):
     ],
 )
 def test_what_cannot_go_is_one_line_and_nothing_written(tmp_path, links, said):
-    path = tmp_path / 'claw.urdf'
-    path.write_text(CLAW)
     with pytest.raises(UserError, match=said) as refusal:
-        make_folder(path, tmp_path / 'claw', 'torque', left_out=links)
-    assert '\n' not in str(refusal.value) and not (tmp_path / 'claw').exists()
+        skeleton_of(CLAW, tmp_path, left_out=links)
+    assert '\n' not in str(refusal.value) and not (tmp_path / 'robot').exists()

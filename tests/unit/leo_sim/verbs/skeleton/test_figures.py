@@ -5,7 +5,7 @@ import json
 
 import pytest
 from tests.places import DATA
-from tests.robots import SLIDES
+from tests.robots import skeleton_of, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot, named_robots
@@ -39,19 +39,12 @@ def test_a_unit_is_asked_for_with_the_evidence(tmp_path, capsys, changed, units,
     assert main(['robot', 'init', str(path), '-o', str(tmp_path / 'r')]) == 0
     (said,) = [x for x in capsys.readouterr().out.splitlines() if x.startswith('warning')]
     assert said.startswith(f'warning: is this file in {units}? ') and why in said
-
-
-def test_json_has_it_as_a_warning(tmp_path, capsys):
-    path = tmp_path / 'r.urdf'
-    path.write_text(LINK.format(**ALL))
-    assert main(['robot', 'init', str(path), '-o', str(tmp_path / 'r'), '--json']) == 0
-    assert json.loads(capsys.readouterr().out)['warnings'][0].startswith('is this file in mm, g')
+    assert main(['robot', 'init', str(path), '-o', str(tmp_path / 'json'), '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['warnings'] == [said.removeprefix('warning: ')]
 
 
 def test_a_slide_of_many_metres_is_in_mm(tmp_path):
-    path = tmp_path / 'g.urdf'
-    path.write_text(SLIDES.replace('upper="0.05"', 'upper="50"'))
-    (asked,) = make_folder(path, tmp_path / 'g', 'torque').doubts
+    (asked,) = skeleton_of(SLIDES.replace('upper="0.05"', 'upper="50"'), tmp_path).doubts
     assert asked.startswith('is this file in mm? left slides from 0 to 50 m')
 
 
@@ -64,8 +57,7 @@ def test_no_robot_of_ours_is_asked_about(name):
 
 @pytest.mark.parametrize('text', [SLIDES, LINK.format(**PLAIN), (DATA / 'arm3.urdf').read_text()])
 def test_nor_a_file_in_m_kg_and_rad(tmp_path, text):
-    (tmp_path / 'r.urdf').write_text(text)
-    assert make_folder(tmp_path / 'r.urdf', tmp_path / 'r', 'torque').doubts == ()
+    assert skeleton_of(text, tmp_path).doubts == ()
 
 
 def test_rotors_that_are_filled_in_allow_longer_steps(tmp_path, capsys):

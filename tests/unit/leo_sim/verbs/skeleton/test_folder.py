@@ -8,7 +8,7 @@ import shlex
 import numpy as np
 import pytest
 from tests.places import DATA
-from tests.robots import SLIDES
+from tests.robots import skeleton_of, SLIDES
 
 from leo_msgs_py import console
 from leo_msgs_py.cli import main
@@ -55,9 +55,7 @@ def test_a_skeleton_loads_and_steps_at_once(tmp_path, kind):
 
 def test_one_joint_is_a_robot_too(tmp_path):
     own = load_robot('pendulum')
-    urdf = tmp_path / 'one.urdf'
-    urdf.write_text(own.urdf)
-    robot = make_folder(urdf, tmp_path / 'one', 'voltage').robot
+    robot = skeleton_of(own.urdf, tmp_path, 'voltage').robot
     assert robot.joint_names == own.joint_names
     assert np.isfinite(Model(robot).step(Model(robot).start(), np.zeros(1), 0.01).dq).all()
 
@@ -80,9 +78,7 @@ def test_a_long_chain_is_measured_in_fewer_states_and_said(tmp_path, capsys, mon
 
     monkeypatch.setattr(console, 'EVERY', 0.001)
     monkeypatch.setattr(figures, 'rollout', rolled)
-    path = tmp_path / 'chain.urdf'
-    path.write_text(chain(40))
-    make_folder(path, tmp_path / 'chain', 'torque')
+    skeleton_of(chain(40), tmp_path)
     assert {*seen} == {(30, 40)}
 
 
@@ -225,11 +221,9 @@ def test_a_servo_that_takes_goals_holds_its_pose(tmp_path):
 
 
 def test_a_servo_turns_so_far_for_a_metre_of_a_slide(tmp_path):
-    (tmp_path / 'g.urdf').write_text(SLIDES)
-    made = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'voltage', 'dynamixel')
-    servos = made.robot.driver.dynamixel.servos
+    servos = skeleton_of(SLIDES, tmp_path, 'voltage', 'dynamixel').robot.driver.dynamixel.servos
     assert list(servos) == ['left'] and servos['left'].gear == pytest.approx(1 / 0.015, rel=0.01)
-    assert 'gear of slides: rad of the servo per m' in (tmp_path / 'g/robot.yaml').read_text()
+    assert 'gear of slides: rad of the servo per m' in (tmp_path / 'robot/robot.yaml').read_text()
 
 
 def test_dry_friction_of_a_joint_that_mimics_is_added_at_its_leader(tmp_path):
@@ -240,6 +234,5 @@ def test_dry_friction_of_a_joint_that_mimics_is_added_at_its_leader(tmp_path):
     left, right = SLIDES.split('<joint name="right"')
     left, right = left.replace(plain, rubbing(10, 0.2)), right.replace(plain, rubbing(10, 0.3))
     right = right.replace('<mimic joint="left"/>', '<mimic joint="left" multiplier="-2"/>')
-    (tmp_path / 'g.urdf').write_text(f'{left}<joint name="right"{right}')
-    (note,) = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'torque').notes
+    (note,) = skeleton_of(f'{left}<joint name="right"{right}', tmp_path).notes
     assert 'coulomb_friction:left c=0.8 ' in note
