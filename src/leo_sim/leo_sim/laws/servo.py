@@ -13,7 +13,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Index, put, stacked
 from leo_sim.effects.base import Loop
-from leo_sim.effects.servos import GoalAcceleration, GoalRate
+from leo_sim.effects.servos import GoalRate
 from leo_sim.laws.sensors import Sensors, Use
 
 FINEST = 1e-12  # resolution of an encoder that counts nothing, rad
@@ -78,10 +78,7 @@ def around_loop(commands: Sequence[Use], loop: Loop) -> tuple[list[Use], list[Us
     voltage.
     """
     before = [u for u in commands if u.effect.dynamic]
-    limits = {'rate': loop.goal_rate, 'a': loop.goal_acceleration}
-    if np.isfinite(limits['a']).any():
-        before.append(Use('goal_rate', GoalAcceleration(), limits, slice(None)))
-    elif np.isfinite(limits['rate']).any():
-        before.append(Use('goal_rate', GoalRate(), limits, slice(None)))
+    if np.isfinite(loop.goal_rate).any():
+        before.append(Use('goal_rate', GoalRate(), {'rate': loop.goal_rate}, slice(None)))
     behind = [u for u in commands if not u.effect.dynamic]
     return sorted(before, key=lambda u: u.effect.rank), behind
