@@ -121,7 +121,7 @@ def by_command(effect: Effect, p: dict[str, float]) -> Curve:
 def after_a_step(effect: Effect, p: dict[str, float]) -> Curve:
     """What reaches the motor, or is measured, after a step at 0.1 s."""
     given = np.where(TIME > 0.095, 1.0, 0.0)
-    memory, seen = effect.begun(np.zeros(1), np.zeros(1)), []
+    memory, seen = None, []
     for u in given:
         if effect.hook != 'sensor':
             late, memory = effect.command(p, np.array([u]), memory, 0.01)

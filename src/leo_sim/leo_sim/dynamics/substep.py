@@ -109,11 +109,7 @@ def integrate(
 
 
 def rested(laws: Laws, q: Array, dq: Array, memory: Memory) -> Memory:
-    """The memory; where it says nothing, motors are amid their play and sensors have settled.
-
-    Goals that servos move by themselves are where the joints are.
-    """
-    memory = {**laws.begun(q, dq), **memory}
+    """The memory; where it says nothing, motors are amid their play and sensors have settled."""
     if laws.sensors.dynamic:
         memory = laws.sensors.sense(q, dq, memory, 0.0)[2]
     if laws.gap is None or DRIVE in memory:

@@ -102,10 +102,6 @@ class Effect:
         """
         return self._by_law(p, u), memory
 
-    def begun(self, q: Array, dq: Array) -> Any:
-        """The memory of the command hook at the start, where a servo reads q and dq, if any."""
-        return None
-
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque added at the joints, N m; for `dry` effects the one that opposes dq.
 

@@ -64,7 +64,8 @@ class ServoDamping(_Servo):
 class GoalRate(_Servo):
     """The servo lets its goal move no faster than `rate`, its profile velocity.
 
-    The memory of `command` is that goal; at the start it is where the joint is.
+    The memory of `command` is that goal; at the start it is where the first command says, or where
+    the joint was when a history begins.
     """
 
     name = 'goal_rate'
@@ -80,11 +81,9 @@ class GoalRate(_Servo):
     def servo(self, p: Values, loop: Loop) -> Loop:
         return loop._replace(goal_rate=p['rate'])
 
-    def begun(self, q: Array, dq: Array) -> Any:
-        return q
-
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """The goal amid the next dt s, and at their end."""
+        before = u if memory is None else memory
         most = p['rate'] * dt
-        end = np.clip(u, memory - most, memory + most)
-        return np.clip(u, memory - 0.5 * most, memory + 0.5 * most), end
+        end = np.clip(u, before - most, before + most)
+        return np.clip(u, before - 0.5 * most, before + 0.5 * most), end

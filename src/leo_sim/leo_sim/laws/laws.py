@@ -124,14 +124,6 @@ class Laws:
                 changed[use.key] = kept
         return u, enabled, changed
 
-    def begun(self, q: Array, dq: Array) -> Memory:
-        """What servos remember of their goals where joints are at true angles q and rates dq."""
-        if self.servos is None:
-            return {}
-        joints = [x[..., self.actuated] for x in self.servos.sensors.sense(q, dq, {}, 0.0)[:2]]
-        begun = ((u, u.effect.begun(*(x[..., u.at] for x in joints))) for u in self._commands)
-        return {use.key: memory for use, memory in begun if memory is not None}
-
     def remember(self, q: Array, dq: Array, memory: Memory, h: Numbers) -> Memory:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
         kept = {}

@@ -99,7 +99,7 @@ def _rolled(
         rates = laws.true_state(batch.q0, batch.dq0)[1]
         memory, recalled = warmed(model.at(batch.start[:, None]), history, rates, memory)
     q, dq, settled = laws.sensors.true_state(batch.q0, batch.dq0, recalled)
-    memory = {**laws.begun(q, dq), **memory, **settled}
+    memory = {**memory, **settled}
     if whole_windows.possible(laws, q, inputs):
         given = Held(inputs, periods, batch.enabled, push, memory)
         step, tree = model.integration_step, model.at(_amid(batch)[:, None]).spatial
@@ -143,7 +143,8 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
     recent = np.asarray((ahead < RECENT).any(axis=0))
     late = int(np.argmax(recent))
     first = 0 if laws.dynamic or laws.recalls else late
-    memory = {**memory, **laws.begun(*true[0]), TIME: memory[TIME] - ahead[:, first, None]}
+    goals = laws.servos.resting(*true[0]) if laws.servos else {}
+    memory = {**memory, **goals, TIME: memory[TIME] - ahead[:, first, None]}
     memory = rested(laws, *true[late], memory)
     for k, state in enumerate(states[first:], first):
         moved = laws.recalls or (laws.gap is not None and recent[k])
