@@ -60,7 +60,6 @@ setup(
         'cluster': ['distributed>=2024.8'],
         'logs': ['h5py>=3.10', 'mcap-protobuf-support>=0.5', 'zarr>=3'],
         'learn': ['safetensors', 'torch>=2.5,<2.14'],
-        'solid': ['pycollada>=0.8', 'trimesh>=4.6', 'viser>=1.1,<2'],
         'test': ['pytest', 'hypothesis'],
     },
     entry_points={

@@ -114,7 +114,6 @@ def test_a_log_is_explained_without_what_learning_and_driving_need(python, tmp_p
     assert (tmp_path / 'out' / 'report.html').is_file()
     needing = {
         'torch': ['learn', '--model', 'pendulum', '--steps', '10', '-o', 'x'],
-        'viser': ['bag', 'show', 'swing', '--model', 'pendulum', '-o', 'x.html'],
         'dynamixel_sdk': ['check-driver', 'dynamixel', '--robot', 'leo', '--port', '/dev/null'],
     }
     done = python(EACH, json.dumps([*needing.values()]))

@@ -66,7 +66,6 @@ _NO_ROS = (
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
 )
 _EXTRAS = {
-    'collada': 'leo_diffmodel[solid]',
     'dynamixel_sdk': 'leo_sim[servos]',
     'google': 'leo_diffmodel[logs]',
     'h5py': 'leo_diffmodel[logs]',
@@ -75,8 +74,6 @@ _EXTRAS = {
     'pybullet': 'leo_sim[bullet]',
     'safetensors': 'leo_diffmodel[learn]',
     'torch': 'leo_diffmodel[learn]',
-    'trimesh': 'leo_diffmodel[solid]',
-    'viser': 'leo_diffmodel[solid]',
     'zarr': 'leo_diffmodel[logs]',
 }
 """What not everybody needs, and the extra that brings it."""

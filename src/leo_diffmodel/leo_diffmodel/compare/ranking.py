@@ -49,7 +49,7 @@ def rank(
     the control period of the data; `progress` is called `STAGES` times for each model. UserError
     of models of different robots and recordings too short, and as `compare`.
     """
-    same_robot(models)
+    _same_robot(models)
     origin = {name: provenance(recordings, model) for name, model in models.items()}
     entries = (entry for model in models.values() for entry in model.history)
     learned = {bag.get('sha256') for entry in entries for bag in entry.get('bags', ())}
@@ -75,7 +75,7 @@ def rank(
     }
 
 
-def same_robot(models: Mapping[str, Model]) -> None:
+def _same_robot(models: Mapping[str, Model]) -> None:
     first, known = next(iter(models.items()))
     wanted = known.robot.joint_names, known.robot.input
     for name, model in models.items():

@@ -19,7 +19,7 @@ from .canvas import Canvas, draw_ghost, draw_pose, draw_surroundings, View
 from .palette import INK
 from .take import BAR, draw_feet, Take, take
 
-KINDS = ('.png', '.gif', '.mp4', '.html')  # the last is written elsewhere
+KINDS = ('.png', '.gif', '.mp4')
 MOST_POSES = 40
 WIDTH, HEAD, FOOT, SIDE = 1600, 54, 62, 24
 TALLEST = 420
@@ -42,7 +42,7 @@ def show(
     UserError: something cannot be read or written, or nothing was recorded then.
     """
     output = output or Path(f'{bag.resolve().name}.png')
-    check(output, seconds, poses)
+    _check(output, seconds, poses)
     robot = load_model(robot_of(bag, model)).robot
     alone = output.suffix == '.png' and at is not None and seconds is None
     recording = read_bag(bag, robot, TopicMap(input='none'))
@@ -55,7 +55,7 @@ def show(
     return output
 
 
-def check(output: Path, seconds: float | None, poses: int) -> None:
+def _check(output: Path, seconds: float | None, poses: int) -> None:
     if output.suffix not in KINDS:
         raise UserError(f'{output} is none of {", ".join(KINDS)}; give one of these to -o')
     if not output.absolute().parent.is_dir():

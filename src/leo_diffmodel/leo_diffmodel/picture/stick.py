@@ -4,7 +4,7 @@
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element, fromstring
+from xml.etree import ElementTree
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -20,8 +20,6 @@ SHORT = 1e-3  # lines this short are left out [m]
 ROUND = 24  # points on a circle
 PLAIN = '#3a4654'
 """Colour of a link whose material says none."""
-Read = Callable[[Element | None], tuple[np.ndarray, np.ndarray | None]]
-"""Points of a body [m], (N, 3), and its faces, (M, 3), or None where that is their hull."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Stick:
         self._tree, self._shapes = Kinematics(robot.joints), shapes_of(robot.urdf)
         self._axes = _view(robot)
         self._colours = {shape.link: shape.colour for shape in reversed(self._shapes)}
-        self._lines = lines_of(robot)
+        self._lines = list(_lines(robot))
         base = robot.joint_names[:3] if walks else ()
         self._hinged = [j.child for j in robot.joints if j.kind in TURNING and j.name not in base]
         first = robot.joints[0].translation
@@ -86,7 +84,7 @@ class Stick:
         return seen
 
 
-def lines_of(robot: Robot) -> list[tuple[str, np.ndarray]]:
+def _lines(robot: Robot) -> list[tuple[str, np.ndarray]]:
     """Lines in link axes: to each joint on a link, round its contacts, or to its mass."""
     lines = []
     for link in robot.moving_links:
@@ -130,11 +128,34 @@ class Shape:
     link: str
     points: np.ndarray  # in its axes [m], (N, 3)
     colour: str  # #rrggbb
-    faces: np.ndarray | None = None  # three points each, (M, 3); None: the hull of all
 
 
-def cloud(body: Element | None) -> tuple[np.ndarray, np.ndarray | None]:
-    """Points whose hull is a box, cylinder or sphere, and no faces; ValueError for another."""
+def shapes_of(urdf: str) -> list[Shape]:
+    """Boxes, cylinders and spheres of all links of a URDF; meshes and wrong ones are left out."""
+    root = ElementTree.fromstring(urdf)
+    named = {m.get('name', ''): colour for m in root.findall('material') if (colour := _rgb(m))}
+    found = []
+    for link in root.findall('link'):
+        for visual in link.findall('visual'):
+            with suppress(ValueError):
+                found.append(_shape(link.get('name', ''), visual, named))
+    return found
+
+
+def _shape(link: str, visual: ElementTree.Element, named: Mapping[str, str]) -> Shape:
+    """A visual of a link, of materials with these names; ValueError for a mesh or a wrong one."""
+    (translation, rotation), material = origin(visual), visual.find('material')
+    colour = PLAIN
+    if material is not None:
+        colour = _rgb(material) or named.get(material.get('name', ''), PLAIN)
+    points = _points(visual.find('geometry/*')) @ rotation.T + translation
+    if not np.isfinite(points).all():
+        raise ValueError('a size is no number')
+    return Shape(link, points, colour)
+
+
+def _points(body: ElementTree.Element | None) -> np.ndarray:
+    """A cloud whose hull is a body; ValueError for a mesh."""
     if body is None:
         raise ValueError('no geometry')
     turn = np.linspace(0, 2 * np.pi, ROUND, endpoint=False)
@@ -142,52 +163,25 @@ def cloud(body: Element | None) -> tuple[np.ndarray, np.ndarray | None]:
     radius = float(body.get('radius', '0'))
     if body.tag == 'box':
         signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
-        return signs * numbers(body.get('size')) / 2, None
+        return signs * _numbers(body.get('size')) / 2
     if body.tag == 'cylinder':
         lift = np.array([0.0, 0.0, float(body.get('length', '0')) / 2])
-        return np.concatenate([circle * radius - lift, circle * radius + lift]), None
+        return np.concatenate([circle * radius - lift, circle * radius + lift])
     if body.tag == 'sphere':
-        rise = turn[::2, None, None]
-        ball = circle * np.cos(rise) + np.array([0.0, 0.0, 1.0]) * np.sin(rise)
-        return ball.reshape(-1, 3) * radius, None
+        return np.concatenate([np.roll(circle, shift, axis=1) for shift in range(3)]) * radius
     raise ValueError(f'{body.tag} is not drawn')
 
 
-def shapes_of(urdf: str, read: Read = cloud) -> list[Shape]:
-    """What all links of a URDF show and `read` knows; the rest and what is wrong is left out."""
-    root = fromstring(urdf)
-    named = {m.get('name', ''): colour for m in root.findall('material') if (colour := _rgb(m))}
-    found = []
-    for link in root.findall('link'):
-        for visual in link.findall('visual'):
-            with suppress(ValueError):
-                found.append(_shape(link.get('name', ''), visual, named, read))
-    return found
-
-
-def _shape(link: str, visual: Element, named: Mapping[str, str], read: Read) -> Shape:
-    """A visual of a link, of materials with these names; ValueError for a wrong one."""
-    (translation, rotation), material = origin(visual), visual.find('material')
-    colour = PLAIN
-    if material is not None:
-        colour = _rgb(material) or named.get(material.get('name', ''), PLAIN)
-    points, faces = read(visual.find('geometry/*'))
-    points = points @ rotation.T + translation
-    if not np.isfinite(points).all():
-        raise ValueError('a size is no number')
-    return Shape(link, points, colour, faces)
-
-
-def _rgb(material: Element) -> str:
+def _rgb(material: ElementTree.Element) -> str:
     """The colour that a material says itself; '' where it says none, or a wrong one."""
     colour = material.find('color')
     if colour is not None:
         with suppress(ValueError):
-            shares = np.clip(numbers(colour.get('rgba'))[:3], 0, 1)
+            shares = np.clip(_numbers(colour.get('rgba'))[:3], 0, 1)
             red, green, blue = (round(255 * float(share)) for share in shares)
             return f'#{red:02x}{green:02x}{blue:02x}'
     return ''
 
 
-def numbers(text: str | None) -> np.ndarray:
+def _numbers(text: str | None) -> np.ndarray:
     return np.array([float(part) for part in (text or '0 0 0').split()])

@@ -10,7 +10,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leo_diffmodel.verbs.common import named_model
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs import common
@@ -34,7 +33,6 @@ EXAMPLES = {
   leo bag show bags/swing             # swing.png, eight poses side by side
   leo bag show bags/swing -o swing.gif --at 2 --seconds 5
   leo bag show bags/swing -o at_3s.png --at 3
-  leo bag show bags/arm -o arm.html --model so101 --repaired repaired.yaml
 """,
     'cut': """\
   leo bag cut bags/swing -o bags/part --from 3 --to 12.5
@@ -116,40 +114,23 @@ def _info(argv: list[str]) -> int:
 
 
 def _show(argv: list[str]) -> int:
-    about = 'Draw the robot of a bag: poses, a film, or as .html in 3D with what models predict.'
+    about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
     parser = _of_a_bag('show', about)
-    parser.add('-o --output FILE', '.png, .gif, .mp4 or .html', type=Path)
+    parser.add('-o --output FILE', '.png, .gif or .mp4', type=Path)
     parser.add('--model', "the bag's robot by default", default='')
-    parser.add('--repaired MODEL', 'in a .html: a model to show as well')
-    parser.add('--topic-map MAP.yaml', 'in a .html: other topic and joint names')
     add_effect_argument(parser)
     parser.add('--at T', 'begin there; a .png: that pose [s]', type=float)
     parser.add('--seconds S', 'how much to show [s]', type=float)
     parser.add('--poses N', 'in a .png (8)', default=8)
     options = parser.parse_args(argv)
 
-    if options.output and options.output.suffix == '.html':
-        path = _solid(options)
-    else:
-        from leo_diffmodel.picture.bag_picture import show
+    from leo_diffmodel.picture.bag_picture import show
 
-        part = options.at, options.seconds, options.poses
-        path = show(options.bag, options.output, options.model, *part)
+    part = options.at, options.seconds, options.poses
+    path = show(options.bag, options.output, options.model, *part)
     lines = [f'wrote {path}', f'next: {leo("bag", "info", options.bag)}']
     common.show(options, {'written': str(path)}, lines)
     return 0
-
-
-def _solid(options: argparse.Namespace) -> Path:
-    from leo_diffmodel.bags.contents import robot_of
-    from leo_diffmodel.picture.bag_picture import check
-    from leo_diffmodel.watch.solid import show_solid
-
-    check(options.output, options.seconds, options.poses)
-    named = [robot_of(options.bag, options.model), *filter(None, [options.repaired])]
-    models = {name: named_model(name) for name in named}
-    part = options.at, options.seconds
-    return show_solid(options.bag, options.output, models, options.topic_map, *part)
 
 
 def _cut(argv: list[str]) -> int:

@@ -16,8 +16,6 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.picture.solid_page import solid_page
-from leo_diffmodel.watch.solid import ahead, MEASURED_FIRST
 from leo_diffmodel.watch.view import GHOSTS, heights, MODELS, View
 from leo_diffmodel.watch.worker import Report
 from leo_msgs_py.whole_file import whole
@@ -34,15 +32,10 @@ MUTED = {**STYLE, 'color': palette.MUTED}
 
 
 def draw(view: View, path: Path, report: Report) -> str:
-    """Write .png, .svg, .html, .gif or .mp4, as the path ends; its name. UserError: it cannot."""
+    """Write .png, .svg, .gif or .mp4, as the path ends; its name. UserError: no film is made."""
     report(path.name)
     with whole(path) as part:
-        if path.suffix == '.html':
-            title = f'{view.title}, {view.places[0]}; {ahead(view.seconds)}'
-            poses, labels = view.poses[:, MEASURED_FIRST], ['measured', *(n for *_, n in MODELS)]
-            page = solid_page(title, view.stage.stick.robot, view.times, poses, labels)
-            part.write_text(page, encoding='utf-8')
-        elif path.suffix in PICTURES:
+        if path.suffix in PICTURES:
             Drawn(view, FINE).figure.savefig(part)
         else:
             write = write_gif if path.suffix == '.gif' else write_mp4
@@ -121,7 +114,7 @@ class Drawn:
         self._ghosts = [self._ghost(stroke, *size) for _, stroke, *size in GHOSTS]
         self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
-        note = ahead(self._view.seconds)
+        note = f'predicted {self._view.seconds:.2g} s ahead, again and again'
         axes.text(1.0, 0.0, note, transform=axes.transAxes, ha='right', **MUTED)
         given, now, measured = self._ghosts
         named = [('measured', measured), ('as given', given), ('with the switches', now)]

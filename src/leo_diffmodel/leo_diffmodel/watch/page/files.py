@@ -37,7 +37,7 @@ HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
 def routes(state: State) -> list[Route]:
     texts = {'numbers.csv': numbers, 'copy.html': copy}
     drawn = {'view.png': view.now, 'view.svg': view.now}
-    drawn |= {f'comparison.{kind}': view.from_now for kind in ('gif', 'mp4', 'html')}
+    drawn |= {'comparison.gif': view.from_now, 'comparison.mp4': view.from_now}
     options: dict[str, Any] = {'state': state, 'one_by_one': asyncio.Lock()}
     pictures = [(name, _Drawing, {**options, 'times': times}) for name, times in drawn.items()]
     words = [(name, _Text, {'state': state, 'content': make}) for name, make in texts.items()]

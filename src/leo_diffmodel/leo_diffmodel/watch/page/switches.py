@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The side of the page: the catalogue of effects as switches, and buttons."""
 
-from importlib.util import find_spec
 import shlex
 import shutil
 
@@ -89,8 +88,8 @@ class ActionsView:
 
 
 def _files() -> Markup:
-    there = {'ffmpeg': shutil.which('ffmpeg'), 'viser': find_spec('viser')}
-    return Markup(template('files.html').render(seconds=FILM_SECONDS, **there))
+    ffmpeg = shutil.which('ffmpeg')
+    return Markup(template('files.html').render(seconds=FILM_SECONDS, ffmpeg=ffmpeg))
 
 
 class CatalogueView:
