@@ -48,6 +48,7 @@ SHOWN: dict[str, dict[str, float]] = {
     'servo_stiffness': {'k': 1.6},
     'servo_damping': {'d': 0.8},
     'goal_rate': {'rate': 4.0},
+    'goal_acceleration': {'a': 15.0},
     'external_force': {'x': 3.0, 'z': 0.0},
     'gravity': {'x': 3.0, 'z': 0.0},
     'warming_friction': {'c': 0.3, 'c_start': 0.8, 'T': 0.15},
@@ -332,7 +333,8 @@ def _entry(effect: Effect) -> Iterator[str]:
 
 
 def _parameter(effect: Effect, parameter: Parameter) -> str:
-    unlimited = 'the supply' if parameter.unit == 'V' else 'the rate of the robot file'
+    limits = {'V': 'the supply', 'rad/s': 'the rate of the robot file'}
+    unlimited = limits.get(parameter.unit, 'so much that it limits nothing')
     neutral = unlimited if np.isinf(parameter.neutral) else f'{parameter.neutral:g}'
     if effect.hook == 'ground':
         neutral = "the ground's own"

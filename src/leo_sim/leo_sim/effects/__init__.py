@@ -73,6 +73,7 @@ EFFECTS: dict[str, Effect] = {
         joints.SupplySag(),
         sensors.EncoderEccentricity(),
         links.LatePayload(),
+        servos.GoalAcceleration(),
     )
 }
 """In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""

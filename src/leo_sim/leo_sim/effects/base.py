@@ -36,6 +36,7 @@ class Loop(NamedTuple):
     supply: Any  # what a duty of 1 gives, V; N m where its gains are in N m/rad
     goal_rate: Any  # the goal that it follows moves no faster, rad/s
     share: Any  # duty for a gain of 1 in the unit of the robot file, 1 or 1/(N m)
+    goal_acceleration: Any = np.inf  # nor does its rate change faster, rad/s2
 
 
 class Ground(NamedTuple):

@@ -36,6 +36,7 @@ SUPPLY = 'a supply that sags'
 COMMAND = 'dead bands or other bent laws of commands'
 SENSOR = 'sensors that are slow or scaled'
 RAMP = 'limited rates of goals'
+GENTLE = 'limited accelerations of goals'
 SOFT = "the ground's own stiffness and damping"
 
 RUBBED = {INERTIA, DAMPING, DRY}
@@ -74,6 +75,8 @@ def needs(placed: Placed, robot: Robot) -> set[str]:
         return {PLAY} if gap else {SUPPLY} if source else {ARMATURE}
     if effect.hook == 'servo':
         loop = effect.servo(p, Loop(1.0, 1.0, 1.0, 1.0, np.inf, 1.0))
+        if np.isfinite(loop.goal_acceleration):
+            return {GENTLE}
         return {RAMP} if np.isfinite(loop.goal_rate) else {MOTOR}
     if effect.hook == 'ground':
         before = Ground(1.0, 1.0, 1.0, 0.0)

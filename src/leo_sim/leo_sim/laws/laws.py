@@ -21,7 +21,7 @@ from leo_sim.effects.motor import Motor, sagging, torque_source, voltage_motor
 from leo_sim.laws.sensors import act_late, NOTHING, On, Sensors, Use
 from leo_sim.laws.sensors import Memory as Memory
 from leo_sim.laws.sensors import TIME as TIME
-from leo_sim.laws.servo import around_loop, loop_of, Servos
+from leo_sim.laws.servo import around_loop, loop_of, RAMP, Servos
 
 Changed = TypeVar('Changed', Drive, Loop)
 HELD = 'held'  # in the memory of a state whose base does not move
@@ -123,6 +123,13 @@ class Laws:
             if kept is not None:
                 changed[use.key] = kept
         return u, enabled, changed
+
+    def resting(self, q: Array, dq: Array) -> Memory:
+        """What is remembered of goals that servos move if these are where the joints are."""
+        if self.servos is None:
+            return {}
+        read = [x[..., self.actuated] for x in self.servos.sensors.sense(q, dq, {}, 0.0)[:2]]
+        return {u.key: u.effect.resting(*read) for u in self._commands if u.key == RAMP}
 
     def remember(self, q: Array, dq: Array, memory: Memory, h: Numbers) -> Memory:
         """The memory of the torque and sensor laws after h s, at the rates dq."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Index, put, stacked
 from leo_sim.effects.base import Loop
-from leo_sim.effects.servos import GoalRate
+from leo_sim.effects.servos import GoalAcceleration, GoalRate
 from leo_sim.laws.sensors import Sensors, Use
 
 RAMP = 'goal_rate'  # in the memory: goals that servos move at a limited rate, rad
@@ -64,10 +64,6 @@ class Servos:
         error = grain * (np.rint(goal / grain) - np.rint(angle / grain))
         return np.clip(gain * error - rate_gain * rate, -1.0, 1.0)
 
-    def resting(self, q: Array, dq: Array) -> dict[str, Any]:
-        """What is remembered of goals that are where the joints are, angles q, (..., J)."""
-        return {RAMP: self.sensors.sense(q, dq, {}, 0.0)[0][..., self._actuated]}
-
     def reading(self) -> tuple[Any, Any, Any]:
         """Scale, rate scale and zero, (..., J): servos read scale q + zero and rate_scale w."""
         still = np.zeros(self._size)
@@ -83,7 +79,10 @@ def around_loop(commands: Sequence[Use], loop: Loop) -> tuple[list[Use], list[Us
     voltage.
     """
     before = [u for u in commands if u.effect.dynamic]
-    if np.isfinite(loop.goal_rate).any():
-        before.append(Use(RAMP, GoalRate(), {'rate': loop.goal_rate}, slice(None)))
+    limits = {'rate': loop.goal_rate, 'a': loop.goal_acceleration}
+    if np.isfinite(limits['a']).any():
+        before.append(Use(RAMP, GoalAcceleration(), limits, slice(None)))
+    elif np.isfinite(limits['rate']).any():
+        before.append(Use(RAMP, GoalRate(), limits, slice(None)))
     behind = [u for u in commands if not u.effect.dynamic]
     return sorted(before, key=lambda u: u.effect.rank), behind

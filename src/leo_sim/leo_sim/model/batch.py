@@ -143,8 +143,7 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
     recent = np.asarray((ahead < RECENT).any(axis=0))
     late = int(np.argmax(recent))
     first = 0 if laws.dynamic or laws.recalls else late
-    goals = laws.servos.resting(*true[0]) if laws.servos else {}
-    memory = {**memory, **goals, TIME: memory[TIME] - ahead[:, first, None]}
+    memory = {**memory, **laws.resting(*true[0]), TIME: memory[TIME] - ahead[:, first, None]}
     memory = rested(laws, *true[late], memory)
     for k, state in enumerate(states[first:], first):
         moved = laws.recalls or (laws.gap is not None and recent[k])

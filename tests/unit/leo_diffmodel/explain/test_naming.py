@@ -37,6 +37,7 @@ BY_HAND = {
     ('pendulum', 'late_payload'): {'m': 0.02, 'x': 0.01, 'z': 0.03, 't0': 3.7},
     ('torque_pendulum', 'late_payload'): {'m': 0.2, 'x': 0.1, 'z': -0.4, 't0': 3.7},
     ('xl330_pendulum', 'goal_rate'): {'rate': 6.0},
+    ('xl330_pendulum', 'goal_acceleration'): {'a': 60.0},
 }
 
 

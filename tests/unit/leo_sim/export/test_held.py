@@ -192,7 +192,9 @@ def test_gains_of_servos_are_in_every_format_with_motors_and_limited_goals_in_mj
             kept, lines = sorted_out(name, values, format_name, 'xl330_pendulum')
             assert bool(kept) == (format_name != 'URDF') and bool(kept) != bool(lines)
     _, lines = sorted_out('goal_rate', {'rate': 2.0}, 'SDF', 'xl330_pendulum')
+    _, gentle = sorted_out('goal_acceleration', {'a': 20.0}, 'MJCF', 'xl330_pendulum')
     assert 'SDF holds no limited rates of goals' in lines[0]
+    assert 'MJCF holds no limited accelerations of goals' in gentle[0]
     both = ('goal_rate', {'rate': 2.0}), ('actuator_lag', {'tau': 0.1})
     found = held(modelled('xl330_pendulum', *both), 'MJCF')
     assert [p.effect.name for p in found.model.effects] == ['goal_rate']

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import cumulative_trapezoid, solve_ivp
 from tests.models import stepped
 
 from leo_sim.description.constants import Constant
@@ -147,6 +147,20 @@ def test_the_goal_moves_no_faster_than_its_rate(own, effect):
     assert np.abs(angles - ramped).max() < 2e-3
 
 
+@pytest.mark.parametrize('rate', [None, 1.5])
+def test_the_goal_gathers_speed_and_brakes_before_it_is_there(rate):
+    path = 'actuators.pivot.goal_rate'
+    robot = ROBOT.with_constants({path: Constant(path, rate, 'rad/s')}) if rate else ROBOT
+    placed = [place(robot, 'goal_acceleration', 'pivot', a=20.0)]
+    model = Model(robot, placed, EXACT, engine='rigid', integration_step=5e-4)
+    angles = stepped(model, np.array([0.0] + 99 * [1.0])[:, None], PERIOD)[0][1:, 0]
+    fast = min(rate or np.inf, np.sqrt(20.0))
+    t = np.linspace(0.0, fast / 20.0 + 1.0 / fast, 2001)
+    gone = cumulative_trapezoid(np.minimum(20.0 * np.minimum(t, t[-1] - t), fast), t, initial=0.0)
+    gentle = np.interp(PERIOD * (np.arange(100) - 0.5), t, gone)
+    assert np.abs(angles - integrated(goals=gentle)[1:, 0]).max() < 2e-3
+
+
 @pytest.mark.parametrize(
     ('name', 'values'),
     [
@@ -160,6 +174,7 @@ def test_the_goal_moves_no_faster_than_its_rate(own, effect):
         ('servo_stiffness', {'k': 0.6}),
         ('servo_damping', {'d': 0.02}),
         ('goal_rate', {'rate': 4.0}),
+        ('goal_acceleration', {'a': 40.0}),
         ('backlash', {'gap': 0.05}),
     ],
 )

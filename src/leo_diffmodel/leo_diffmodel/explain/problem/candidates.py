@@ -118,7 +118,7 @@ def _range(
     parameter: Parameter, candidate: Candidate, model: Model, grids: Grids
 ) -> tuple[float, float]:
     unit, neutral = parameter.unit, parameter.neutral
-    if parameter.role == 'threshold' and unit in ('V', 'rad/s', 'm/s'):
+    if parameter.role == 'threshold' and unit in ('V', 'rad/s', 'm/s', 'rad/s2', 'm/s2'):
         return -inf, inf
     if candidate.effect.hook == 'ground' and neutral > 0:
         return neutral / grids.ground, neutral * grids.ground
