@@ -140,7 +140,7 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
     true = [laws.true_state(*state) for state in states]
     rates = [state[1] for state in true] + [dq]
     ahead = np.cumsum(periods[:, ::-1], axis=-1)[:, ::-1]  # s, from each sample to the window
-    recent = np.asarray((ahead < RECENT).any(axis=0))
+    recent = np.asarray((ahead - periods < RECENT).any(axis=0))
     late = int(np.argmax(recent))
     first = 0 if laws.dynamic or laws.recalls else late
     memory = {**memory, **laws.resting(*true[0]), TIME: memory[TIME] - ahead[:, first, None]}
