@@ -51,7 +51,7 @@ def pushed(kind, *values):
     [('effort', PENDULUM, 'torque'), ('dynamic', PENDULUM, 'torque'), ('voltage', TORQUE, 'volt')],
 )
 def test_an_input_that_the_model_does_not_take_is_refused(tmp_path, kind, robot, unit):
-    log = bag(tmp_path / 'driven', *pushed(kind, 0.0, np.nan, 0.3))
+    log = bag(tmp_path / 'driven', *pushed(kind, 0.0, np.nan, 0.1))
     with pytest.raises(UserError, match=f'by {unit}.*{robot.name} takes {robot.input}') as told:
         read_bag(log, robot)
     assert '\n' not in str(told.value)
