@@ -19,7 +19,7 @@ class Compare:
     """Of an episode whose rate counts: after cuts, few samples may be left, with a gap in them."""
     history: float = 0.15  # recorded time that windows keep before them for delays and lags [s]
     history_of_goals: float = 1.0
-    """The same of goals that a servo lets move no faster than its profile [s]."""
+    """Recorded time that windows of position servos keep: a profile takes that long [s]."""
     instant: float = 1e-9  # what a sample lasts that stands for those before an episode [s]
     block_seconds: float = 2.0  # length of a block [s], in which errors count as correlated
     fewest_blocks: int = 8  # of a recording: in short ones blocks are shorter

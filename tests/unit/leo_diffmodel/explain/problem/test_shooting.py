@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Start states projected out of a window's residual."""
+"""Start states projected out of a window's residual; steps of derivatives."""
 
 import numpy as np
 import pytest
+from tests.simulate import POSITION
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.problem.shooting import eliminate, Linear, whiten
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.shooting import difference_steps, eliminate, Linear, whiten
+from leo_diffmodel.explain.settings import SETTINGS
+from leo_sim.model import Model
 
 
 def _linear(seed: int) -> Linear:
@@ -40,3 +45,9 @@ def test_a_robot_sent_to_infinity_is_far_off_without_a_word():
     predicted = np.array([[[0.0, 0.0], [1e308, np.inf]]])
     scaled = whiten(windows, predicted, np.full((1, 2), 1e-5), farthest=1e6)
     assert scaled.tolist() == [[0.0, 0.0, -1e6, -1e6]]
+
+
+def test_a_limit_that_is_as_good_as_none_when_neutral_is_moved_by_a_share_of_itself():
+    found = next(c for c in candidates(Model(POSITION)) if c.effect.name == 'goal_acceleration')
+    (step,) = difference_steps(Hypothesis((found,)), np.array([60.0]), None, SETTINGS.numerics)
+    assert found.parameters[0].neutral > 1e6 and step == pytest.approx(0.3)
