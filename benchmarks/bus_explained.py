@@ -26,8 +26,8 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from leo_diffmodel.bags.contents import load
 from leo_lab.blind.judge import judge
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.node import call, join, spin_until
 from leo_msgs_py.values import nanoseconds

@@ -24,8 +24,8 @@ import time
 
 from rclpy.node import Node
 
-from leo_diffmodel.bags.contents import load
 from leo_msgs_py import topics
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.node import graph, join, spin_until
 from leo_msgs_py.values import nanoseconds
 

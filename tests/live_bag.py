@@ -3,8 +3,8 @@
 
 from pathlib import Path
 
-from leo_diffmodel.bags.contents import BagContents, load
 from leo_diffmodel.bags.recorder import header_stamp
+from leo_msgs_py.bag_contents import BagContents, load
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.topics import Topic
 

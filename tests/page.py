@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 import re
 from types import SimpleNamespace
 
-from leo_diffmodel.watch.worker import News
+from leo_sim.common.worker import News
 
 LARGEST = 5_000_000
 

@@ -29,12 +29,12 @@ from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
-from leo_diffmodel.watch.worker import News
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import join
 from leo_msgs_py.terminal import leo_process
 from leo_msgs_py.values import command_message
+from leo_sim.common.worker import News
 from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph

@@ -16,10 +16,10 @@ from tests.commands import start, start_node
 from tests.patience import PATIENCE
 from tests.simulate import PENDULUM
 
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import header_stamp
 from leo_learner.robot.env import RobotEnv
 from leo_msgs_py import topics
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.node import spin_until
 
 pytestmark = pytest.mark.graph

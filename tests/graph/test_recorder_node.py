@@ -23,11 +23,11 @@ from tests.patience import PATIENCE, until
 from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.nodes.robot_facts import FACTS, RobotFacts
 from leo_msgs_py import topics
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.node import graph, join, listen, private_parameter, spin_once, spin_until
 from leo_msgs_py.serialized import Taken, taken
 from leo_msgs_py.values import Applied, JointStates

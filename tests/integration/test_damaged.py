@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damaged bags, maps, models, robots, logs and runs: read up to the damage, or one clear line.
 
-LEO_DAMAGED=1000 runs all cases, a tenth run by default; tests/e2e/test_damaged_commands.py runs
-some as commands.
+LEO_DAMAGED=1000 runs all cases, a tenth run by default.
 """
 
 from collections import Counter
@@ -24,12 +23,12 @@ from tests.damage import Damage, one_line, Rng
 from tests.damage_shop import fill, PENDULUM, training
 
 from leo_diffmodel.add.patch import from_explanation
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.info import bag_info, show
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.learning.checkpoint import load_checkpoint, start_from
 from leo_learner.learning.policy import Policy
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

@@ -290,7 +290,7 @@ def unsure(model: Model, form: str = 'torque') -> DifferenceModel:
     network.layers[-1].weight.data[0, 0, 0] = 1e-4
     network.layers[-1].bias.data[:] = 1e-3
     one = np.ones(1)
-    trust = Trust(one, one * 1e-4, np.asarray(2.0), one * 2e-3)
+    trust = Trust(one, one * 1e-4, one * 2.0, one * 2e-3)
     return replace(difference, trust=trust, over={})
 
 

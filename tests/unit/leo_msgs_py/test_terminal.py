@@ -10,7 +10,6 @@ import sys
 
 from mcap.writer import Writer
 import pytest
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 from tests.commands import CODE
@@ -140,14 +139,6 @@ def test_a_file_name_that_is_no_text_is_one_line(tmp_path):
         done = subprocess.run(words, cwd=tmp_path, capture_output=True)
         assert done.returncode == status, done.stderr.decode()
         assert b'Traceback' not in done.stderr and b'\\udcf' in done.stdout + done.stderr
-
-
-def test_the_console_is_richs_own_in_all_else():
-    stream = io.StringIO()
-    Terminal(file=stream, width=40).print(Table('a', 'b'))
-    expected = io.StringIO()
-    Console(file=expected, width=40).print(Table('a', 'b'))
-    assert stream.getvalue() == expected.getvalue()
 
 
 @pytest.mark.parametrize('name', [SHELL, 'two words', 'a\nb', "it's", '~', '*', '-o'])

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from leo_msgs_py.bag_contents import BagContents, load, Logged, TopicLog
 from leo_msgs_py.errors import UserError
 
-from .contents import BagContents, load, Logged, TopicLog
 from .episode import check
 from .finish import is_recording
 from .topic_map import find_topic, list_topics, TopicMap

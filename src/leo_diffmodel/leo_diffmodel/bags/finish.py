@@ -16,10 +16,10 @@ from mcap.summary import Summary
 from mcap.writer import CompressionType, MCAP0_MAGIC, Writer
 import yaml
 
+from leo_msgs_py.bag_contents import find_databases
 from leo_msgs_py.mcap_file import DAMAGE, find_files, McapFile, refuse_many
 from leo_msgs_py.whole_file import write_whole
 
-from .contents import find_databases
 from .types import profiles
 
 _FOOTER_SIZE = 9 + 20 + 8

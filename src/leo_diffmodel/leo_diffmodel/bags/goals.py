@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from rosbags.serde import SerdeError
 
+from leo_msgs_py.bag_contents import TopicLog
 from leo_msgs_py.cdr import FOLLOWED, typestore
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import nanoseconds
 
-from .contents import TopicLog
 from .states import deserialize, stamp_of, StateLog
 from .topic_map import RobotBag, Role
 from .types import Floats, Stamps, TRAJECTORY, TYPES

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from leo_msgs_py.bag_contents import BagContents, load, TopicLog
 from leo_msgs_py.console import figures, Table
 from leo_msgs_py.errors import UserError
 
-from .contents import BagContents, load, TopicLog
 from .finish import finish_bag
 from .publishers import FEWEST
 from .split import split

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from leo_msgs_py.bag_contents import TopicLog
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 
-from .contents import TopicLog
 from .goals import read_goals
 from .impossible import impossible, input_channels
 from .passive import refuse_driven

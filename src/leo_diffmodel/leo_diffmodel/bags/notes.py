@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from leo_msgs_py.bag_contents import TopicLog
 from leo_sim.drivers.base import INTERFACES
 
-from .contents import TopicLog
 from .finish import is_recording
 from .inputs import InputLog
 from .passive import named, unread_commands

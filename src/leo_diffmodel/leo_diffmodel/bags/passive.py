@@ -4,10 +4,10 @@
 Goals, and topics that look like commands, say that they were not.
 """
 
+from leo_msgs_py.bag_contents import TopicLog
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 
-from .contents import TopicLog
 from .goals import goal_topics, names_joints
 from .states import deserialize
 from .topic_map import RobotBag, Role

@@ -11,12 +11,12 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+from leo_msgs_py.bag_contents import load, TopicLog
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.interfaces import load as load_type
 from leo_msgs_py.node import graph, join, running, spin_once, spin_until
 from leo_msgs_py.terminal import visible
 
-from .contents import load, TopicLog
 from .types import profiles
 
 Policy = TypeVar('Policy', HistoryPolicy, ReliabilityPolicy, DurabilityPolicy)

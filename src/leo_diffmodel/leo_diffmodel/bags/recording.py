@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from leo_msgs_py.bag_contents import BagContents, load, TopicLog
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import sha256
 from leo_sim.description.robot import load_robot, Robot
 
-from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
 from .episode import Recordings as Recordings

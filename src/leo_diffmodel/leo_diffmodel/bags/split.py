@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from leo_msgs_py.bag_contents import TopicLog
 from leo_msgs_py.errors import UserError
 
-from .contents import TopicLog
 from .states import deserialize, StateLog
 from .types import Floats, UINT32
 

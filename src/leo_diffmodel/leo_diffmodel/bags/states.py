@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from rosbags.serde import SerdeError
 
+from leo_msgs_py.bag_contents import Logged, TopicLog
 from leo_msgs_py.cdr import decoder
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import nanoseconds
 from leo_sim.description.robot import OtherRobot
 
-from .contents import Logged, TopicLog
 from .publishers import Part, together
 from .topic_map import JointMap, TopicMap
 from .types import at_rows, Floats, JOINT_STATE, Stamps

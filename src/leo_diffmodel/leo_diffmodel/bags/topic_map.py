@@ -18,12 +18,12 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
+from leo_msgs_py.bag_contents import BagContents, TopicLog
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import Fixed, read
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 
-from .contents import BagContents, TopicLog
 from .types import EPISODE, Floats, STATES, TYPES
 
 MOST_LATE = 10.0  # s; what comes later belongs to another recording

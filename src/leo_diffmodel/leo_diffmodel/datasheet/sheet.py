@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.bags.contents import BagContents, load
 from leo_diffmodel.bags.states import deserialize
 from leo_diffmodel.bags.types import SUPPLY, TEMPERATURE, Topic
 from leo_diffmodel.compare import errors
@@ -15,6 +14,7 @@ from leo_diffmodel.datasheet.measure import Measured
 from leo_diffmodel.datasheet.settings import FRICTION, Rung, TOGETHER, UNTOLD
 from leo_diffmodel.explain.estimate.fitted import constant_rows, effect_row, Fit, unexplained
 from leo_diffmodel.explain.select.evidence import Scored
+from leo_msgs_py.bag_contents import BagContents, load
 
 GIVEN = ('supply', 'limit', 'position_gain', 'rate_gain', 'resolution', 'goal_rate', 'efficiency')
 """Figures of robot.yaml that a sheet repeats, and does not measure."""

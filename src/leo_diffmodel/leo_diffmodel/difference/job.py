@@ -3,23 +3,20 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-import json
 import os
 from pathlib import Path
 import re
-import subprocess
 import sys
 import time
-from typing import Any, IO, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
-from leo_msgs_py.ending import end_with
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
-from leo_sim.common.consent import add_effect_argument
+from leo_sim.common.consent import trust
+from leo_sim.common.worker import Report, Worker
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording, Recordings
@@ -29,7 +26,7 @@ if TYPE_CHECKING:
 CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
 NUMBERED = re.compile(r'difference-(\d+)\.safetensors')
 NOT_BETTER = 'does not predict held-out steps better than the model'  # so it is not kept
-PROGRESS_PERIOD = 0.5  # between two lines of progress [s]
+PROGRESS_PERIOD = 0.5  # between two reports of progress [s]
 
 
 @dataclass
@@ -45,11 +42,11 @@ class Progress:
 
 
 class Updates:
-    """Runs fits in a child process and keeps `difference-NNN.safetensors` in a folder.
+    """Runs fits in a process of their own and keeps `difference-NNN.safetensors` in a folder.
 
     NNN counts the updates. A fit begins from the newest weights that can be read. With `repair`
     effects are named first, and the difference is learned from the model that has them; `effects`
-    are options that let the child run the effect files of the model.
+    are the effect files of the model, which may run there too.
     """
 
     def __init__(
@@ -60,17 +57,13 @@ class Updates:
         repair: bool = False,
         effects: Sequence[str] = (),
     ) -> None:
-        self._folder, self._model, self._config = folder, model, config
-        self._options = [*effects, *(['--repair'] if repair else [])]
-        self._child: subprocess.Popen[bytes] | None = None
-        self._output: IO[bytes] | None = None
-        self._partial, self._error = b'', ''
-        self._log = folder / 'fit.log'
+        self._folder, self._given = folder, (model, config, repair, tuple(effects))
+        self._worker = Worker(daemon=False)
         self.progress = Progress()
 
     @property
     def busy(self) -> bool:
-        return self._child is not None
+        return self._worker.busy
 
     def kept(self) -> dict[int, Path]:
         files = ((NUMBERED.fullmatch(file.name), file) for file in self._folder.glob('*'))
@@ -83,103 +76,74 @@ class Updates:
             raise UserError('nothing is recorded yet; let the robot run first')
         kept = self.kept()
         number = 1 + max(kept, default=0)
-        command = [sys.executable, '-m', 'leo_diffmodel.difference.job', *map(str, bags)]
-        command += ['--model', self._model, '--config', self._config]
-        command += ['-o', str(self._folder / f'difference-{number:03d}.safetensors')]
-        command += [*self._options, '--version', str(number)]
-        command += ['--start', *map(str, kept.values())]
+        output = self._folder / f'difference-{number:03d}.safetensors'
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            with self._log.open('wb') as log:
-                self._child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log)
         except OSError as error:
             raise UserError(f'cannot begin a fit in {self._folder}: {error.strerror}') from error
-        assert self._child.stdout is not None
-        self._output, self._partial, self._error = self._child.stdout, b'', ''
-        os.set_blocking(self._output.fileno(), False)
+        self._worker.begin(Update(*self._given, (*bags,), (*kept.values(),), output, number))
         self.progress = Progress('fitting')
 
     def poll(self) -> bool:
-        """Read the child's progress; True when it has just ended, well or badly."""
-        if self._child is None or self._output is None:
+        """Read the fit's progress; True when it has just ended, well or badly."""
+        if not self.busy or not self._worker.poll():
             return False
-        status = self._child.poll()
-        *lines, self._partial = (self._partial + (self._output.read() or b'')).split(b'\n')
-        for line in lines:
-            self._note(json.loads(line))
-        if status is None:
-            return False
-        if status:
-            self.progress = Progress('failed', error=self._error or self._last_error(status))
-        self._child = None
-        return True
+        news = self._worker.news
+        if news.error:
+            self.progress = Progress('failed', error=news.error)
+        elif news.over:
+            self.progress = Progress('fitted', news.answer)
+        else:
+            self.progress = Progress('fitting', news.text)
+        return news.over
 
     def stop(self) -> None:
-        if self._child is not None:
-            self._child.terminate()
-            self._child.wait()
-            self._child = None
-
-    def _note(self, line: dict[str, Any]) -> None:
-        if 'report' in line:
-            self.progress = Progress('fitted', line['report'])
-        elif 'error' in line:
-            self._error = line['error']
-        else:
-            self.progress = Progress('fitting', line)
-
-    def _last_error(self, status: int) -> str:
-        lines = self._log.read_text(errors='replace').splitlines()
-        said = [line for line in lines if line.strip()]
-        return said[-1] if said else f'the fit ended with status {status}'
+        self._worker.stop()
 
 
-def main(argv: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog='python -m leo_diffmodel.difference.job')
-    parser.add_argument('bags', nargs='+', type=Path)
-    parser.add_argument('--model', required=True, help='model file or robot')
-    parser.add_argument('--config', default='recommended', choices=CONFIG_NAMES)
-    parser.add_argument('--repair', action='store_true', help='name effects in the model first')
-    add_effect_argument(parser)
-    parser.add_argument('--start', nargs='*', type=Path, default=[], help='weights, newest first')
-    parser.add_argument('--version', type=int, default=1, help='that the weights have at least')
-    parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
-    options = parser.parse_args(argv)
-    try:
-        report = _fit(options)
-    except (UserError, OSError) as error:
-        print(json.dumps({'error': str(error)}), flush=True)
-        return 2
-    print(json.dumps({'report': report}), flush=True)
-    return 0
+@dataclass(frozen=True)
+class Update:
+    """One fit, whose weights have at least a version; `start` has former ones, newest first."""
 
+    model: str  # a file, or a robot
+    config: str
+    repair: bool
+    effects: tuple[str, ...]
+    bags: tuple[Path, ...]
+    start: tuple[Path, ...]
+    output: Path
+    version: int
 
-def _fit(options: argparse.Namespace) -> dict[str, float]:
-    from leo_diffmodel.difference.data import predicted, transitions
-    from leo_diffmodel.difference.fit import fit, held_out, one_step_mse
-    from leo_diffmodel.difference.model import first_whole
-    from leo_diffmodel.difference.network import CONFIGS
-    from leo_sim.model.model_file import load_model
+    def __call__(self, report: Report) -> dict[str, float]:
+        """Write the weights where they are better; what the report says, beside progress."""
+        from leo_diffmodel.difference.data import predicted, transitions
+        from leo_diffmodel.difference.fit import fit, held_out, one_step_mse
+        from leo_diffmodel.difference.model import first_whole
+        from leo_diffmodel.difference.network import CONFIGS
+        from leo_sim.model.model_file import load_model
 
-    given = model = load_model(options.model)
-    base = ''
-    recordings = _readable(options.bags, model.robot)
-    if options.repair:
-        model, base = repaired(recordings, model, options.output.with_suffix('.yaml'))
-    steps = transitions(recordings, model)
-    _, start = first_whole(options.start, partial(print, file=sys.stderr)) or (b'', None)
-    config = CONFIGS[options.config]
-    fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Printer())
-    fitted = replace(fitted, version=max(fitted.version, options.version))
-    without, _ = one_step_mse(predicted(held_out(steps), given), fitted, model)
-    if not report.mse_after < without:  # with a repair counts what both take away
-        raise UserError(
-            f'the difference model {NOT_BETTER} (mean squared error {report.mse_after:.3g}, '
-            f'without it {without:.3g}): it is not kept; record more, or do without'
-        )
-    write_whole(options.output, fitted.to_bytes())
-    named = {'effects': len(model.effects)} if options.repair else {}
-    return named | {name: value for name, value in asdict(report).items() if value is not None}
+        os.nice(5)
+        for file in self.effects:
+            trust(file)
+        given = model = load_model(self.model)
+        base = ''
+        recordings = _readable(self.bags, model.robot)
+        if self.repair:
+            model, base = repaired(recordings, model, self.output.with_suffix('.yaml'))
+        steps = transitions(recordings, model)
+        _, start = first_whole(self.start, partial(print, file=sys.stderr)) or (b'', None)
+        config, on_epoch = CONFIGS[self.config], _Seldom(report)
+        fitted, found = fit(steps, model, config, start=start, base=base, on_epoch=on_epoch)
+        fitted = replace(fitted, version=max(fitted.version, self.version))
+        without, _ = one_step_mse(predicted(held_out(steps), given), fitted, model)
+        if not found.mse_after < without:  # with a repair counts what both take away
+            raise UserError(
+                f'the difference model {NOT_BETTER} (mean squared error {found.mse_after:.3g}, '
+                f'without it {without:.3g}): it is not kept; record more, or do without'
+            )
+        write_whole(self.output, fitted.to_bytes())
+        named = {'effects': len(model.effects)} if self.repair else {}
+        return named | {name: value for name, value in asdict(found).items() if value is not None}
 
 
 def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:
@@ -199,14 +163,14 @@ def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:
     return by_rate(found)
 
 
-class _Printer:
-    def __init__(self) -> None:
-        self._last = 0.0
+class _Seldom:
+    def __init__(self, report: Report) -> None:
+        self._report, self._last = report, 0.0
 
     def __call__(self, done: int, total: int, loss: float) -> None:
         if time.monotonic() - self._last > PROGRESS_PERIOD:
             self._last = time.monotonic()
-            print(json.dumps({'epoch': done, 'epochs': total, 'loss': loss}), flush=True)
+            self._report({'epoch': done, 'epochs': total, 'loss': loss})
 
 
 def repaired(recordings: Recordings, model: Model, path: Path) -> tuple[Model, str]:
@@ -227,9 +191,3 @@ def repaired(recordings: Recordings, model: Model, path: Path) -> tuple[Model, s
     if content['robot'] not in named_robots():
         content['robot'] = str(model.robot.folder.resolve())
     return found, yaml.safe_dump(content, sort_keys=False)
-
-
-if __name__ == '__main__':
-    end_with(os.getppid())
-    os.nice(5)
-    sys.exit(main(sys.argv[1:]))

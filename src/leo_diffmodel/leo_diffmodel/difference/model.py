@@ -151,16 +151,6 @@ class DifferenceModel:
             raise UserError(f'{self.source} is of {said}; fit it anew for this robot')
 
     @property
-    def doubt(self) -> str:
-        """What cannot be checked, of a file of an earlier version; '' of all others."""
-        if self.over or self.base:
-            return ''
-        return (
-            f'{self.source} does not say over which model it was fitted, as it is of an earlier '
-            'version; fit it anew to be sure'
-        )
-
-    @property
     def digest(self) -> str:
         return hashlib.sha256(save(self._tensors())).hexdigest()[:12]
 
@@ -186,7 +176,7 @@ class DifferenceModel:
 
 
 def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel:
-    """Read what `to_bytes` wrote, in this version or an earlier one; UserError for all else."""
+    """Read what `to_bytes` wrote; UserError for all else."""
     try:
         tensors, metadata = read_tensors(data)
         layout, config = json.loads(metadata['layout']), json.loads(metadata['config'])
@@ -196,8 +186,8 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
         trust = _trust(tensors, len(network.target_spread)) if config.members > 1 else None
         network.load_state_dict(tensors)
         version, trained_on = int(metadata['version']), int(metadata['trained_on'])
-        known = metadata['robot'], version, trained_on, trust, metadata.get('base', '')
-        over = dict(json.loads(metadata.get('over', '{}')))
+        known = metadata['robot'], version, trained_on, trust, metadata['base']
+        over = dict(json.loads(metadata['over']))
     except DAMAGE as error:
         raise UserError(
             f'{source}: not the weights of a difference model ({one_line(error)}); '
@@ -211,7 +201,7 @@ def _trust(tensors: dict[str, Tensor], outputs: int) -> Trust:
     names = [name for name in tensors if name.startswith(TRUST)]
     trust = Trust(**{name.removeprefix(TRUST): tensors.pop(name).numpy() for name in names})
     for name, array in trust.arrays().items():
-        if array.shape not in ((outputs,), ()) or (array < 0.0).any():
+        if array.shape != (outputs,) or (array < 0.0).any():
             raise ValueError(f'{TRUST}{name} is not of {outputs} numbers, 0 or more')
     if not (np.all(trust.error > 0.0) and np.all(trust.limit > 0.0)):
         raise ValueError(f'{TRUST}error or {TRUST}limit is 0')

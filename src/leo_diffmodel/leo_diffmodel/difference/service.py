@@ -21,7 +21,7 @@ from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import every, listen
 from leo_msgs_py.values import JointStates, status_message
-from leo_sim.common.consent import effect_words
+from leo_sim.common.consent import effect_files
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
@@ -52,7 +52,7 @@ class DifferenceService:
         self._node, self._settings = node, settings
         self._model: Model = load_model(settings.model)
         given = settings.folder, settings.model, settings.config, settings.repair
-        self._updates = Updates(*given, effect_words(self._model.effects))
+        self._updates = Updates(*given, effect_files(self._model.effects))
         self._corrected = self._model
         self._difference: DifferenceModel | None = None
         self._fitted_at = float('-inf')
@@ -122,8 +122,6 @@ class DifferenceService:
         except UserError as error:
             self._fail(str(error))
             return
-        if difference.doubt:
-            self._node.get_logger().warning(difference.doubt)
         self._difference, self._corrected = difference, corrected
         self._weights.publish(UInt8MultiArray(data=data))
         self._node.get_logger().info(

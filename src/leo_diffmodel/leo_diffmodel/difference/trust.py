@@ -15,10 +15,7 @@ TINY = 1e-12
 
 @dataclass(frozen=True)
 class Trust:
-    """What the held-out data say of an ensemble with C outputs, raw units; all (C,).
-
-    The limit is one number in files of earlier versions.
-    """
+    """What the held-out data say of an ensemble with C outputs, raw units; all (C,)."""
 
     temperature: Array  # held-out error over spread of the members, rms
     error: Array  # held-out error, rms

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from leo_diffmodel.bags.contents import robot_of
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
+from leo_msgs_py.bag_contents import robot_of
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import whole

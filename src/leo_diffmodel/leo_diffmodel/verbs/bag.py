@@ -198,9 +198,9 @@ def _fix(argv: list[str]) -> int:
 
 
 def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Model]:
-    from leo_diffmodel.bags.contents import robot_of
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.compare.known import with_known
+    from leo_msgs_py.bag_contents import robot_of
     from leo_sim.model.model_file import load_model
 
     model = load_model(robot_of(path, name))

@@ -194,7 +194,7 @@ def fresh_folder(path: str | None) -> Path | None:
 def apart(paths: Sequence[Path], joined: str) -> list[str] | None:
     """The last parts of paths in which they differ, joined to names; None of the same paths."""
     for count in range(1, max(len(path.parts) for path in paths) + 1):
-        names = [joined.join(path.parts[-count:]).strip('/') for path in paths]
+        names = [joined.join(path.relative_to(path.anchor).parts[-count:]) for path in paths]
         if len(set(names)) == len(names):
             return names
     return None

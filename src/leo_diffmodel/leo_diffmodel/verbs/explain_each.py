@@ -82,7 +82,7 @@ class Asked:
         found = replace(heard[-1], provenance=origin)
         answer = Answer(name, found.to_json(), found.rules)
         try:
-            inside = self.folder and common.fresh_folder(str(self.folder / name))
+            inside = self.folder and self.folder / name
             if inside and found.complete:
                 write_explanation(inside, found, recordings, common.watch(given))
             elif inside:  # a report there is of an answer of before

@@ -17,8 +17,8 @@ from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.watch.view import GHOSTS, heights, MODELS, View
-from leo_diffmodel.watch.worker import Report
 from leo_msgs_py.whole_file import whole
+from leo_sim.common.worker import Report
 
 PICTURES = ('.png', '.svg')
 WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24  # of the figure, and what a line of words takes [inch]

@@ -13,8 +13,9 @@ from leo_diffmodel.next_run.menu import MotionRun
 from leo_diffmodel.next_run.run_file import Run, write_run
 from leo_diffmodel.watch.setting import Answer, fresh
 from leo_diffmodel.watch.state import State
-from leo_diffmodel.watch.worker import Finder, Report, Worker
+from leo_diffmodel.watch.worker import Finder
 from leo_msgs_py.errors import UserError
+from leo_sim.common.worker import Report, Worker
 from leo_sim.description.robot import Robot
 
 NAME = 'next_run.csv'

@@ -15,8 +15,8 @@ from leo_diffmodel.watch.handle import DIGITS, guess
 from leo_diffmodel.watch.missing import MissingOfBoth
 from leo_diffmodel.watch.scene import in_floors, Scene, Score
 from leo_diffmodel.watch.setting import Answer, model_of, Setting, words, write_model
-from leo_diffmodel.watch.worker import Worker
 from leo_msgs_py.errors import UserError
+from leo_sim.common.worker import Worker
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 

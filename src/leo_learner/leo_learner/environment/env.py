@@ -2,7 +2,6 @@
 """The model of a robot as a gymnasium environment, corrected by a difference model if given."""
 
 from dataclasses import replace
-import sys
 from typing import Any
 
 import gymnasium
@@ -106,10 +105,7 @@ class ModelEnv(RobotSpaces):
 def model_env(model: Model) -> ModelEnv:
     if model.difference_model is None:
         return ModelEnv(model)
-    difference = load_difference(model.difference_model, model)
-    if difference.doubt:
-        print(f'warning: {difference.doubt}', file=sys.stderr)
-    return ModelEnv(model, difference)
+    return ModelEnv(model, load_difference(model.difference_model, model))
 
 
 def training_model(model: Model) -> Model:

@@ -57,7 +57,11 @@ def words(files: Iterable[str | Path]) -> list[str]:
 
 def effect_words(effects: Iterable[Placed]) -> list[str]:
     """The options that a model with these effects needs."""
-    return words(dict.fromkeys(p.effect.source for p in effects if p.effect.source))
+    return words(effect_files(effects))
+
+
+def effect_files(effects: Iterable[Placed]) -> list[str]:
+    return list(dict.fromkeys(p.effect.source for p in effects if p.effect.source))
 
 
 def trust_parameter(given: Iterable[str]) -> None:

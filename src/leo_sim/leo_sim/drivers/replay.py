@@ -2,20 +2,20 @@
 """A recorded bag as a robot: it feeds the graph as the robot did."""
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 import sys
 from typing import Any
 
-from mcap.records import Channel, Message, Schema
 import numpy as np
 from rosbags.serde import SerdeError
 
+from leo_msgs_py.bag_contents import BagContents, load
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions, EndOfRun, NotPossible, robot_info
 
@@ -92,13 +92,13 @@ DYNAMIC = '/dynamic_joint_states'
 def read_moments(path: Path, interface: str) -> list[Moment]:
     """Every state of a bag once, with the input in 'voltage', 'effort' or 'position'.
 
-    UserError: no such bag, no MCAP in it, or no joint states (listing the topics it has).
+    UserError: no such bag, or no joint states (listing the topics it has).
     """
     states: list[tuple[JointStates, int]] = []
     applied = f'/robot/applied_{interface}'
     inputs: dict[str, dict[int, Applied]] = {applied: {}, DYNAMIC: {}}
-    episode, found = 0, set[str]()
-    for name, message in _messages(find_files(path), applied, found):
+    episode, bag = 0, load(path)
+    for name, message in _messages(bag, applied):
         if name == EPISODE:
             episode = int(message.data)
         elif name == STATES:
@@ -111,7 +111,7 @@ def read_moments(path: Path, interface: str) -> list[Moment]:
                 value = read(message, interface)
                 inputs[name][value.stamp_ns] = value
     if not states:
-        raise UserError(f'{path} has no /joint_states; it has {sorted(found) or "no topics"}')
+        raise UserError(f'{path} has no /joint_states; it has {sorted(bag.topics) or "no topics"}')
     # positions among the dynamic joint states are measured ones, no goals
     known = inputs[applied] or ({} if interface == 'position' else inputs[DYNAMIC])
     stamps = sorted(known)
@@ -122,31 +122,21 @@ def read_moments(path: Path, interface: str) -> list[Moment]:
     ]
 
 
-def _messages(files: Iterable[Path], applied: str, found: set[str]) -> Iterator[tuple[str, Any]]:
-    """Wanted topics and their messages that decode; adds every topic it meets to `found`.
+def _messages(bag: BagContents, applied: str) -> Iterator[tuple[str, Any]]:
+    """Wanted topics and their messages that decode, as they were logged.
 
     Around what is damaged the rest is read; a line on stderr says how much was left out.
     """
     types = {
+        EPISODE: 'std_msgs/msg/UInt32',
         STATES: 'sensor_msgs/msg/JointState',
         applied: 'sensor_msgs/msg/JointState',
         DYNAMIC: 'control_msgs/msg/DynamicJointState',
-        EPISODE: 'std_msgs/msg/UInt32',
     }
-    for file in map(McapFile, files):
-        topics: dict[int, str] = {}
-        schemas: dict[int, str] = {}
-        for record in file.records():
-            if isinstance(record, Schema):
-                schemas[record.id] = record.name
-            elif isinstance(record, Channel):
-                found.add(record.topic)
-                for name, kind in types.items():
-                    if record.topic.endswith(name) and schemas.get(record.schema_id) == kind:
-                        topics[record.id] = name
-            elif isinstance(record, Message) and record.channel_id in topics:
-                name = topics[record.channel_id]
-                with suppress(SerdeError):
-                    yield name, decode(record.data, types[name])
-        if file.damaged:
-            print(f'{file.path}: {file.damaged} damaged records are left out', file=sys.stderr)
+    wanted = [(n, t) for n, kind in types.items() for t in bag.of_type(kind) if t.name.endswith(n)]
+    found = [(m.log_ns, name, m.data) for name, topic in wanted for m in topic.messages]
+    for _, name, data in sorted(found, key=itemgetter(0)):
+        with suppress(SerdeError):
+            yield name, decode(data, types[name])
+    if bag.damaged:
+        print(f'{bag.path}: {bag.damaged} damaged records are left out', file=sys.stderr)

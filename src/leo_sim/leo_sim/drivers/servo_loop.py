@@ -71,16 +71,12 @@ def _place(loop: OwnLoop, count: int) -> str:
     return f' ({loop.file.direction * loop.count * (count - loop.file.zero):.3g} rad)'
 
 
-def _acceleration(loop: OwnLoop, count: int) -> float:
-    return count * (loop.model.acceleration_unit / loop.file.gear)
-
-
-def _rate(loop: OwnLoop, count: int) -> float:
-    return count * (loop.model.rate_unit / loop.file.gear)
-
-
-_ramp = _in('{:.3g} rad/s2', _acceleration, 'none')
-_speed = _in('{:.3g} rad/s', _rate, 'as fast as it can')
+_ramp = _in(
+    '{:.3g} rad/s2', lambda loop, n: n * loop.model.acceleration_unit / loop.file.gear, 'none'
+)
+_speed = _in(
+    '{:.3g} rad/s', lambda loop, n: n * loop.model.rate_unit / loop.file.gear, 'as fast as it can'
+)
 _share = _in('{:.0%}', lambda loop, count: count / loop.model.pwm_of_supply)
 _width = _in('{:.2g} rad', lambda loop, count: count * loop.count)
 _current = _in('{:.3g} A', lambda loop, count: count * loop.model.current_unit)

@@ -13,10 +13,10 @@ from tests.damage import one_line
 from tests.simulate import PENDULUM
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 

@@ -9,7 +9,7 @@ import pytest
 
 from leo_diffmodel.bags import play as player
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.bags.contents import load
+from leo_msgs_py.bag_contents import load
 
 
 class World:

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM
 
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over, is_recording
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import EPISODE, STATES, Topic
 from leo_diffmodel.bags.writer import BagWriter
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files, McapFile

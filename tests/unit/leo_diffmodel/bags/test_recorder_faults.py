@@ -13,7 +13,6 @@ from tests.simulate import PENDULUM
 from leo_diffmodel.bags import recorder as recording
 from leo_diffmodel.bags import writer
 from leo_diffmodel.bags.arrival import ArrivalTimes
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recorder import Recorder, TWO
@@ -21,6 +20,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES, to_yaml, Topic
 from leo_diffmodel.bags.writer import BagWriter
 from leo_diffmodel.verbs.bag import main
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.cdr import decode, joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files

@@ -90,6 +90,7 @@ def test_what_cannot_be_read_or_written_is_said_and_all_else_is_told(tmp_path, c
 def test_names_of_bags_tell_them_apart(tmp_path):
     paths = [str(tmp_path / 'a' / 'bag'), str(tmp_path / 'b' / 'bag')]
     assert unique_names(paths) == ['a_bag', 'b_bag']
+    assert unique_names(['/bag', '/b/bag']) == ['bag', 'b_bag']
     with pytest.raises(UserError, match='a/bag is the same bag again'):
         unique_names([*paths, paths[0]])
 

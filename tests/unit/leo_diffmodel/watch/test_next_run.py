@@ -10,8 +10,8 @@ from tests.simulate import PENDULUM
 from leo_diffmodel.next_run.menu import MotionRun
 from leo_diffmodel.next_run.run_file import read_run, Run
 from leo_diffmodel.watch.next_run import FIRST, GONE, NextRun, NOWHERE, Plan
-from leo_diffmodel.watch.worker import News
 from leo_msgs_py.errors import UserError
+from leo_sim.common.worker import News
 
 RUN = Run('steps', 'some steps', np.linspace(-1.0, 1.0, 40)[:, None], np.ones(40, bool))
 

@@ -5,23 +5,22 @@ from dataclasses import replace
 import json
 from pathlib import Path
 import shlex
-import subprocess
-import sys
 
 import pytest
+from tests.patience import until
 from tests.simulate import bag, PENDULUM, record
 from tests.unit.leo_diffmodel.add.test_patch import EXPLANATION
 import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference import job
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
+from leo_diffmodel.difference.job import Updates
 from leo_diffmodel.difference.network import RECOMMENDED
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.common import consent
-from leo_sim.common.consent import effect_words, trust
+from leo_sim.common.consent import effect_files, effect_words, trust
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_effects, load_model
 
@@ -141,31 +140,18 @@ def test_nor_do_weights_that_came_over_the_network(folder):
     assert not ran(folder)
 
 
-def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
+def test_a_fit_hands_the_consent_on_to_its_process(folder):
     recording = record(PENDULUM, seconds=4)
     (e,) = recording.episodes
     inputs = {'pivot': {'voltage': e.inputs[::5, 0]}}
     run = Run(e.t[::5], recording.joints, e.q[::5], e.dq[::5], inputs=inputs)
     write_runs(folder / 'bag', [run], {})
     trust('wind.py')
-    model = load_model('model.yaml')
-    commands: list[list[str]] = []
-
-    class Ended(subprocess.Popen):
-        def __init__(self, command, **options) -> None:
-            commands.append(command)
-            super().__init__([sys.executable, '-c', ''], **options)
-
-    monkeypatch.setattr(job.subprocess, 'Popen', Ended)
-    words = effect_words(model.effects)
-    updates = job.Updates(folder / 'fits', 'model.yaml', 'recommended', effects=words)
-    updates.begin([folder / 'bag'])
-    updates.stop()
+    files = effect_files(load_model('model.yaml').effects)
     (folder / 'ran').unlink()
-    monkeypatch.undo()
-    (command,) = commands
-    at = command.index('--effect')
-    refused = subprocess.run([*command[:at], *command[at + 2 :]], cwd=folder, capture_output=True)
-    assert refused.returncode == 2 and b'would run' in refused.stdout and not ran(folder)
-    subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    assert ran(folder)
+    for effects, state in (((), 'failed'), (files, 'fitted')):
+        updates = Updates(folder / 'fits', 'model.yaml', 'recommended', effects=effects)
+        updates.begin([folder / 'bag'])
+        until(updates.poll)
+        assert updates.progress.state == state and ran(folder) is bool(effects)
+        assert effects or 'would run' in updates.progress.error

@@ -10,9 +10,9 @@ from threading import Lock
 import time
 
 from leo_diffmodel.bags.arrival import Origin, Sources
-from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
 from leo_diffmodel.bags.recorder import RECENT, TWO
 from leo_diffmodel.bags.types import JOINT_STATE, STATES, Topic
+from leo_msgs_py.bag_contents import BagContents, Logged, TopicLog
 from leo_msgs_py.cdr import joints_text
 
 NAME = 'the running robot'

@@ -14,8 +14,9 @@ from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.watch.live.buffer import Condition, is_silent, MessageBuffer
 from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
 from leo_diffmodel.watch.live.renewing import Renewing
-from leo_diffmodel.watch.worker import Asked, Finder, News
+from leo_diffmodel.watch.worker import Asked, Finder
 from leo_msgs_py.errors import UserError
+from leo_sim.common.worker import News
 
 STOPPED = 'The e-stop is latched: release it before a run is sent.'
 SILENT = 'no state comes from the robot: nothing was sent'

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leo_diffmodel.bags.contents import BagContents
 from leo_diffmodel.bags.recording import assembled, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.compare.windows import Array
 from leo_diffmodel.difference.data import Transitions, transitions
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
+from leo_msgs_py.bag_contents import BagContents
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import refuse_other
 from leo_sim.effects import Effect

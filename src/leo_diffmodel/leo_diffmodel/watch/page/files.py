@@ -24,7 +24,7 @@ from leo_diffmodel.watch.page.errors import FLOOR, HorizonView, OverTimeView, wo
 from leo_diffmodel.watch.page.look import ROBOTS
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.state import State
-from leo_diffmodel.watch.worker import News
+from leo_sim.common.worker import News
 
 Times = Callable[[State], ndarray]
 Route = tuple[str, type[RequestHandler], dict[str, Any]]

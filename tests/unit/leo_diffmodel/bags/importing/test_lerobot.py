@@ -15,7 +15,6 @@ from tests.lerobot_data import write_lerobot
 from tests.simulate import PENDULUM
 import yaml
 
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.importing.guess import guess_map
@@ -24,6 +23,7 @@ from leo_diffmodel.bags.importing.log_format import LogFormat
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.states import deserialize
 from leo_diffmodel.bags.topic_map import TopicMap
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.errors import UserError
 
 FIVE = {'dtype': 'float32', 'shape': [5], 'names': None}

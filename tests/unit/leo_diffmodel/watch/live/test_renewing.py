@@ -7,7 +7,6 @@ import pytest
 from tests.patience import until
 from tests.simulate import bag, record, TORQUE
 
-from leo_diffmodel.bags.contents import BagContents, load
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.difference.data import transitions
@@ -15,6 +14,7 @@ from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.network import RECOMMENDED
 from leo_diffmodel.watch.live.renewing import Renewing, Sharer, Source
 from leo_diffmodel.watch.state import State
+from leo_msgs_py.bag_contents import BagContents, load
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import OtherRobot
 from leo_sim.effects import place

@@ -19,7 +19,7 @@ from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.switches import _files
 from leo_diffmodel.watch.state import State
-from leo_diffmodel.watch.worker import News
+from leo_sim.common.worker import News
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'

@@ -22,7 +22,7 @@ from leo_diffmodel.watch.page.next_run import joints_legend
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import now, view_of
-from leo_diffmodel.watch.worker import News
+from leo_sim.common.worker import News
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
 

@@ -24,13 +24,13 @@ from tests.page import Links, read
 from tests.patience import PATIENCE, until
 from tests.simulate import bag, record, TORQUE
 
-from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.bags.types import Topic
 from leo_diffmodel.verbs.watch import main
 from leo_diffmodel.watch.page.leaving import application
 from leo_diffmodel.watch.page.library_errors import LibraryErrors
 from leo_diffmodel.watch.page.server import HERE
+from leo_msgs_py.bag_contents import load
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 

@@ -7,8 +7,8 @@ import time
 
 from tests.patience import until
 
-from leo_diffmodel.watch.worker import Worker
 from leo_msgs_py.errors import UserError
+from leo_sim.common.worker import Worker
 
 
 def ask(how, report):
