@@ -38,6 +38,8 @@ def test_check_tells_a_good_bag_from_one_read_the_wrong_way(folder, monkeypatch,
     names = {e['name'] for e in good['effects']}
     assert good['good'] and names >= {'coulomb_friction', 'backlash'}
     assert all(e['detectable'] > 0 and e['unit'] is not None for e in good['effects'])
+    assert main(['check', 'open', *P]) == 0  # for most effects, and it says for which not
+    assert 'not to name: ' in capsys.readouterr().out.splitlines()[0]
     assert main(['check', 'late', *P, '-o', 'out']) == 1
     said = capsys.readouterr().out
     assert said.startswith('no: mend first what is marked error\n')

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
+from rich.table import Column
 
 from leo_msgs_py.bag_contents import BagContents, load, TopicLog
 from leo_msgs_py.console import figures, Table
@@ -151,10 +152,12 @@ def show(info: BagInfo, console: Console) -> None:
         write(f'{key}: {value}')
     if len(info.metadata) > _MOST_FACTS:
         write(f'and {len(info.metadata) - _MOST_FACTS} more facts')
-    table = Table('topic', 'type', *figures('messages', 'Hz recorded'))
+    name, kind = (Column(head, no_wrap=True) for head in ('topic', 'type'))
+    caption = "Hz: on the recorder's clock"
+    table = Table(name, *figures('messages', 'Hz'), kind, caption=caption, spare=1)
     for topic in info.topics:
         rate = f'{topic.rate:.1f}' if topic.rate else ''
-        table.add_row(topic.name, topic.type, str(topic.count), rate)
+        table.add_row(topic.name, str(topic.count), rate, topic.type.replace('/msg/', '/'))
     console.print(table)
     if info.episodes:
         found = [f'{n} x {kind}' for kind, n in info.breaks.items() if kind != 'new episode']

@@ -53,8 +53,13 @@ class Check:
 
     @property
     def is_good(self) -> bool:
-        """Whether nothing limits what can be learned."""
-        return all(f.severity == OK for f in self.findings)
+        """Whether nothing is wrong, and half of the effects or more could be found and named."""
+        wrong = any(f.severity == ERROR for f in self.findings)
+        return not wrong and len(self.reaches) <= 2 * self._able > 0
+
+    @property
+    def _able(self) -> int:
+        return sum(r.detectable is not None and bool(r.nameable) for r in self.reaches)
 
     @property
     def answer(self) -> str:
@@ -62,13 +67,13 @@ class Check:
         severities = [f.severity for f in self.findings]
         blind = [r.label for r in self.reaches if r.detectable is None]
         twins = [r.label for r in self.reaches if r.detectable is not None and not r.nameable]
-        able, every = len(self.reaches) - len(blind) - len(twins), len(self.reaches)
+        able, every = self._able, len(self.reaches)
         if ERROR in severities or not able:
             marked = ERROR if ERROR in severities else WARNING
             return f'no: mend first what is marked {marked}'
         limits = [f'not to {to}: {listed(x)}' for to, x in (('find', blind), ('name', twins)) if x]
         if limits:
-            said = 'yes,' if 2 * able >= every else 'no, only'
+            said = 'yes,' if self.is_good else 'no, only'
             return '; '.join([f'{said} for {able} of {every} effects', *limits])
         said = f'each of {every} effects could be found and named'
         return f'{"yes, with warnings" if WARNING in severities else "yes"}: {said}'

@@ -60,16 +60,16 @@ def _frozen(recording: Recording) -> Iterator[Found]:
 
 
 def _goal(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
-    """Whether the angle is the goal of its row, or of the row before."""
-    same = total = moved = 0
+    """Whether the angle is the goal of its row, or of the row before, where that moves."""
+    same = moved = 0
     for e in recording.episodes:
         goal, q = e.inputs[:, a], e.q[:, j]
         near = np.minimum(np.abs(q[1:] - goal[1:]), np.abs(q[1:] - goal[:-1])) < LIMITS.goal_equal
-        same, total = same + int(near.sum()), total + len(near)
-        moved += int((np.diff(goal) != 0).sum())
-    if moved >= LIMITS.fewest_goals and same > LIMITS.goal_share * total:
+        moves = np.abs(np.diff(goal)) > LIMITS.goal_equal
+        same, moved = same + int(near[moves].sum()), moved + int(moves.sum())
+    if moved >= LIMITS.fewest_goals and same > LIMITS.goal_share * moved:
         what = f'the angle of {joint} is its goal to the last digit, and no measurement'
-        yield _found('goal_as_angle', ERROR, what, joint=joint, value=same / total)
+        yield _found('goal_as_angle', ERROR, what, joint=joint, value=same / moved)
 
 
 def _early(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:

@@ -47,7 +47,7 @@ TOGETHER = {
 
 
 def main(argv: list[str]) -> int:
-    """Exit status 0 for a good bag, 1 where something limits it."""
+    """Exit status 0 where the answer is yes, 1 where it is no."""
     arguments = _parser().parse_args(argv)
 
     from leo_diffmodel.check.check import check

@@ -65,13 +65,14 @@ def _states(data: dict) -> Table:
 
 
 def _joints(rows: list[dict]) -> Table:
-    heads = figures('share', 'size', 'as V', 'of stall', 'noise')
+    volts = any(row['volts'] is not None for row in rows)
+    heads = figures('share', 'size', *['as V'] * volts, 'of stall', 'noise')
     table = Table('joint', *heads, title='torque the model lacks, rms beyond noise')
     for row in sorted(rows, key=lambda r: -r['share']):
         stall = _or_dash(row['stall_percent'], ' %')
         size, noise = (f'{row[key]:.2g} {row["torque_unit"]}' for key in ('torque_nm', 'noise_nm'))
-        share = percent(row['share'])
-        table.add_row(row['joint'], share, size, _or_dash(row['volts']), stall, noise)
+        first = row['joint'], percent(row['share']), size
+        table.add_row(*first, *[_or_dash(row['volts'])] * volts, stall, noise)
     return table
 
 

@@ -69,7 +69,9 @@ def _part(
         part = place(model.robot, 'coulomb_friction', placed.where, c=level)
         unit = part.units['c']
         return part, f'{format_name} holds the {level:.4g} {unit} at speed alone, as dry friction'
-    return None, f'{format_name} holds no {" and no ".join(sorted(without)) or "second lag"}'
+    lines = format_name == 'MJCF' and placed.effect.dry and placed.effect.uses_load
+    hint = '; a few lines of Python add it (docs/export.md)' if lines else ''
+    return None, f'{format_name} holds no {" and no ".join(sorted(without)) or "second lag"}{hint}'
 
 
 def _simulated(written: Model, format_name: str) -> Model:

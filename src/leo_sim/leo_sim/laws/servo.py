@@ -33,7 +33,8 @@ def loop_of(paths: Sequence[str], values: Mapping[str, Any]) -> Loop:
     gain = figures('stiffness', 0.0, 'position_gain') / most
     rate_gain = figures('damping', 0.0, 'rate_gain') / most
     supply, goal_rate = figures('effort', 0.0, 'supply'), figures('goal_rate', np.inf)
-    return Loop(gain, rate_gain, grain, supply, goal_rate, 1.0 / most)
+    endless = np.full_like(most, np.inf)
+    return Loop(gain, rate_gain, grain, supply, goal_rate, 1.0 / most, endless)
 
 
 class Servos:

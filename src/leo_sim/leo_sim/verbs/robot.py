@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -125,10 +126,9 @@ def _said(made: Skeleton, folder: Path) -> list[str]:
         low, high = limits[a.joint]
         unit = robot.constants[f'actuators.{a.joint}.limit'].unit
         angle = 'm' if a.joint in robot.slides else 'rad'
-        lines.append(
-            f'  {a.joint}: from {low:.4g} to {high:.4g} {angle}, starts at '
-            f'{start[a.joint]:.4g} {angle}, takes up to {a.limit:g} {unit}'
-        )
+        ends = f'from {low:.4g} to {high:.4g} {angle}' if isfinite(high - low) else 'without stops'
+        begins = f'starts at {start[a.joint]:.4g} {angle}'
+        lines.append(f'  {a.joint}: {ends}, {begins}, takes up to {a.limit:g} {unit}')
     copies = (j for j in robot.joints if j.leader)
     lines += [f'  {j.name}: moves with {j.leader}, {j.ratio:g} times as far' for j in copies]
     lines.append(f'integration step {robot.integration_step:g} s')

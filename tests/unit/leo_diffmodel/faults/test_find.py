@@ -201,6 +201,9 @@ def test_a_unit_is_named():
 def test_a_goal_that_is_logged_as_the_angle_is_no_measurement():
     log = spoilt(record(POSITION, seconds=15), 'goal_as_angle', 1.0)
     assert [f.code for f in found(log, POSITION)] == ['goal_as_angle']
+    (e,) = log.episodes
+    rests = replace(log, episodes=(replace(e, q=0 * e.q, dq=0 * e.dq, inputs=1e-9 * e.inputs),))
+    assert 'goal_as_angle' not in [f.code for f in found(rests, POSITION)]
 
 
 def test_speeds_that_were_not_measured_and_a_joint_that_stands_have_no_fault(clean):

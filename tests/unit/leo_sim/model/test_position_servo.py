@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid, solve_ivp
-from tests.models import stepped
+from tests.models import modelled, stepped
 
 from leo_sim.description.constants import Constant
 from leo_sim.description.robot import load_robot
@@ -115,6 +115,12 @@ def test_windows_at_once_give_what_steps_give_for_every_gain():
     for row, gain in enumerate(gains):
         alone = simulated(constants=EXACT | {path: gain}, engine='rigid')
         np.testing.assert_allclose(together[0][row, 0, :, 0], alone[:, 0], atol=1e-9)
+
+
+def test_one_servo_of_an_arm_may_have_another_gain():
+    one, two = (modelled('so101', ('servo_stiffness', 'elbow_flex', {'k': k})) for k in (1.0, 2.0))
+    ratio = two.laws.servos.loop.gain / one.laws.servos.loop.gain
+    np.testing.assert_allclose(ratio, [1, 1, 2, 1, 1, 1])
 
 
 def test_a_free_motor_has_no_loop():

@@ -226,7 +226,8 @@ def effect_row(fitted: Fit, index: int) -> dict:
 
 def parameter_rows(fitted: Fit, index: int) -> dict:
     first, candidate = fitted.hypothesis.offset(index), fitted.hypothesis.candidates[index]
-    return {p.name: _row(fitted, i, p.unit) for i, p in enumerate(candidate.parameters, first)}
+    found = enumerate(candidate.parameters, first)
+    return {p.name: _row(fitted, i, p.unit, turns=p.role == 'phase') for i, p in found}
 
 
 def constant_rows(fitted: Fit) -> dict[str, dict]:
@@ -241,9 +242,10 @@ def constant_rows(fitted: Fit) -> dict[str, dict]:
     return {path: _over_recordings(row) for path, row in rows.items()}
 
 
-def _row(fitted: Fit, index: int, unit: str) -> dict:
-    value, interval = float(fitted.theta[index]), list(fitted.ci95(index))
-    return {'value': value, 'unit': unit, 'ci95': interval}
+def _row(fitted: Fit, index: int, unit: str, turns: bool = False) -> dict:
+    value, interval = float(fitted.theta[index]), fitted.ci95(index)
+    whole = math.tau * round(value / math.tau) if turns else 0.0
+    return {'value': value - whole, 'unit': unit, 'ci95': [end - whole for end in interval]}
 
 
 def _over_recordings(row: dict) -> dict:

@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import finish
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit, in_words
+from leo_diffmodel.explain.estimate.fitted import Fit, in_words, parameter_rows
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
@@ -133,3 +134,11 @@ def test_an_interval_reaches_to_the_side_on_which_a_constant_may_lie(posed, beyo
     fitted = Fit(Hypothesis((zone,)), *known, nothing, nothing, nothing, nothing)
     assert fitted.ci95(0) == pytest.approx(ci95)
     assert in_words(fitted, 0) == words
+
+
+def test_a_phase_is_told_within_a_turn():
+    ripple = next(c for c in candidates(Model(POSITION)) if c.effect.name == 'torque_ripple')
+    whole = SimpleNamespace(candidates=[ripple], offset=lambda _: 0)
+    ends = {'theta': 3 * [100 * np.pi + 0.5], 'ci95': lambda _: (100 * np.pi, 100 * np.pi + 1.0)}
+    row = parameter_rows(SimpleNamespace(hypothesis=whole, **ends), 0)['phase']
+    assert [row['value'], *row['ci95']] == pytest.approx([0.5, 0.0, 1.0])
