@@ -22,9 +22,10 @@ from leo_sim.description.robot import load_robot, Robot
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0009))
 WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
-MUJOCO = 'mujoco', 1e-4
+MUJOCO = 'mujoco', 4e-5
 """It takes damping D implicitly, which with a step of h acts as an inertia of D h / 2 more: with
-0.5 ms `leo explain` found that as `armature` at all joints of LEO."""
+0.5 ms `leo explain` found that as `armature` at all joints of LEO. Its dry friction grows with h:
+0.05 N m acts as 0.0512 with 1 ms, 0.05007 with 0.1 ms, 0.05003 with 0.04 ms."""
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
 """What a walker does, and for how long [s]."""
 PUSHED_SIZES = (5.0, 30.0)

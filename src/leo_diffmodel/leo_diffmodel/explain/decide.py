@@ -227,7 +227,8 @@ def _disagreements(findings: Findings, part: Part) -> Iterator[Rule]:
         apart, exclude = high.value - low.value, low.value + low.half < high.value - high.half
         limit = findings.gates.disagree * abs(value - parameter.neutral)
         doubt = f'the bags disagree about {label}: {parameter.name} is {low.value:.3g} in '
-        doubt += f'{low.bag} and {high.value:.3g} in {high.bag}; --each explains them one by one'
+        doubt += f'{low.bag} and {high.value:.3g} in {high.bag}; --each explains them one by one, '
+        doubt += 'a constant that is per_recording may differ between them'
         yield Rule('bags disagree', exclude and apart > limit, apart, limit, label, doubt)
 
 

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of a fleet: figures as rows, robots as columns, as many as there is room for."""
+"""The table of a fleet: robots as rows, what differs as columns, as many as there is room for."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from rich.table import Column
 
 from leo_diffmodel.fleet.outliers import Figure
 from leo_diffmodel.verbs.common import NEGATIVE
@@ -35,16 +37,19 @@ def _verdicts(answers: Mapping[str, dict]) -> Iterator[str]:
 
 
 def _table(rows: Sequence[dict]) -> Table:
-    """As many robots as fit, those that stand out in most first."""
+    """Robots that stand out in most come first, and what most of them stand out in."""
     far = Counter(name for row in rows for name in row['stand_out'])
     names = sorted({name: None for row in rows for name in row['robots']}, key=lambda n: -far[n])
-    heads = figures('median', *names, no_wrap=True)
-    table = Table('what', *heads, title='the fleet; * stands out', spare=len(names))
-    for row in rows:
-        unit = f'{row["parameter"]} [{row["unit"]}]'.strip().replace(' []', '')
-        cells = (_cell(row, name) for name in names)
-        table.add_row(f'{row["what"]}\n{unit}', f'{row["median"]:.4g}', *cells)
+    table = Table('bag', *map(_head, rows), title='the fleet; * stands out', spare=len(rows) - 1)
+    table.add_row('median', *(f'{row["median"]:.4g}' for row in rows), end_section=True)
+    for name in names:
+        table.add_row(name, *(_cell(row, name) for row in rows))
     return table
+
+
+def _head(row: dict) -> Column:
+    unit = f'{row["parameter"]} [{row["unit"]}]'.strip().replace(' []', '')
+    return figures(f'{row["what"]}\n{unit}')[0]
 
 
 def _cell(row: dict, name: str) -> str:
@@ -52,7 +57,7 @@ def _cell(row: dict, name: str) -> str:
     if robot is None:
         return ''
     star = '* ' * (name in row['stand_out'])
-    return f'{star}{robot["value"]:.4g}\n{_interval(robot)}'
+    return f'{star}{robot["value"]:.4g} {_interval(robot)}'
 
 
 def _interval(robot: dict[str, Any]) -> str:

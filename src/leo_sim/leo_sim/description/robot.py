@@ -17,6 +17,7 @@ from leo_msgs_py.names import look_up, nearest
 from leo_sim.common.yaml_file import read, read_text
 from leo_sim.description import robot_file, urdf
 from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS, MOTOR_UNITS
+from leo_sim.description.coupled import with_coupled
 from leo_sim.description.robot_check import check
 from leo_sim.description.urdf import Joint, Link
 
@@ -94,9 +95,10 @@ class Robot:
 
     @property
     def moving_links(self) -> tuple[str, ...]:
-        """Links with a joint between them and the base; not the slides of a planar base."""
-        slides = self.base_joints[:2]
-        return tuple(joint.child for joint in self.joints if joint.name not in slides)
+        """Links with a joint between them and the base; not those that only place a joint."""
+        empty = {link.name for link in self.links if not link.body.mass}
+        placing = {*self.base_joints[:2], *self.copies}
+        return tuple(j.child for j in self.joints if j.name not in placing or j.child not in empty)
 
     @property
     def base_joints(self) -> tuple[str, ...]:
@@ -223,7 +225,9 @@ def typed(name: str) -> str:
 
 
 def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
-    links, joints = urdf.parse(text, str(folder / 'robot.urdf'))
+    source = str(folder / 'robot.urdf')
+    text = with_coupled(text, {n: j.turns_with for n, j in file.joints.items()}, source)
+    links, joints = urdf.parse(text, source)
     moving = tuple(joint.name for joint in joints if joint.independent)
     check(folder, file, links, joints)
     constants = constants_of(folder, file, links, joints)

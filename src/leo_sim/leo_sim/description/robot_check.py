@@ -38,6 +38,8 @@ def _moving(joints: Sequence[Joint]) -> list[str]:
 def _wrong(file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> Iterator[str]:
     """Where the two do not fit; what comes later holds only where all before it is right."""
     yield from _copies(file, joints)
+    for name in (name for name, joint in file.joints.items() if name in joint.turns_with):
+        yield f'joints.{name}.turns_with: it turns with its own motor; take {name!r} out'
     yield from _unknown(_named_joints(file), _moving(joints), 'moving joint')
     yield from _unknown(_named_links(file), [link.name for link in links], 'link')
     if 'nominal' not in file.start_poses:
@@ -53,6 +55,8 @@ def _wrong(file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> I
 def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
     for group in ('actuators', 'joints', 'sensors'):
         yield from ((group, name) for name in getattr(file, group))
+    for name, joint in file.joints.items():
+        yield from ((f'joints.{name}.turns_with', other) for other in joint.turns_with)
     if (bus := file.driver.bus) is not None:
         yield from ((f'driver.{file.driver.family}.servos', name) for name in bus.servos)
     for name, pose in file.start_poses.items():

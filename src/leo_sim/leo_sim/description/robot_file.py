@@ -48,10 +48,11 @@ class LinkFile(Schema):
 
 
 class JointFile(Schema):
-    """Passive figures of a joint that override the URDF: viscous and dry friction."""
+    """Passive figures of a joint that override the URDF; other joints whose motors turn it."""
 
-    damping: Quantity | None = None
-    friction: Quantity | None = None
+    damping: Quantity | None = None  # viscous friction
+    friction: Quantity | None = None  # dry
+    turns_with: dict[str, Finite] = Field(default_factory=dict)  # rad for 1 rad of their motors
 
 
 class GroundFile(Schema):
