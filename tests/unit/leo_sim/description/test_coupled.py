@@ -6,6 +6,7 @@ import pytest
 from tests.robots import ARM, like
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.coupled import with_coupled
 from leo_sim.kinematics.frames import Kinematics
 from leo_sim.model import Model
 
@@ -35,6 +36,10 @@ def test_it_moves_as_the_robot_does_whose_joints_have_the_angles_that_the_motors
     coupled_mass, coupled_bias = Model(robot).rigid.mass_and_bias(motors, rates)
     assert np.allclose(coupled_mass, turning.T @ mass @ turning)
     assert np.allclose(coupled_bias, turning.T @ bias)
+
+
+def test_a_robot_without_such_joints_is_as_written():
+    assert with_coupled(ARM.urdf, {'wrist': {}}, 'robot.urdf') == ARM.urdf
 
 
 def test_a_motor_turns_its_rotor_and_the_friction_beside_it_alone(tmp_path):
