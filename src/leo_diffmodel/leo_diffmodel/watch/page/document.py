@@ -14,7 +14,7 @@ from leo_diffmodel.report.text import source
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
-from leo_diffmodel.watch.page.look import FIRST, GAP, MARGIN, said, WIDE, wrapped
+from leo_diffmodel.watch.page.look import AT_SIDE, GAP, MARGIN, said, WIDE, wrapped
 from leo_diffmodel.watch.page.missing import MissingView, WhereView
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
@@ -52,7 +52,7 @@ class Tab:
         upper = wrapped((self._robot.root, look.PLOT), (horizon.root, look.PLOT), spacing=GAP)
         below = self._over_time.root, where.root, missing.root, run.root
         self._main: Any = column(upper, *below, spacing=GAP, **WIDE)
-        side = column(actions.root, self._catalogue.root, spacing=GAP, stylesheets=[FIRST], **WIDE)
+        side = column(actions.root, self._catalogue.root, spacing=GAP, stylesheets=[AT_SIDE], **WIDE)
         side.styles = {'flex': f'0 1 {look.SIDE}px'}
         both = wrapped((self._main, look.MAIN), (side, look.SIDE), spacing=GAP)
         document.add_root(column(said(_headline(state)), both, margin=MARGIN, **WIDE))

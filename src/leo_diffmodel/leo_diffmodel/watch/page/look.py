@@ -23,9 +23,8 @@ PLOT, WORDS = 320, 240  # least widths of a plot, and of sentences, beside anoth
 TEXT = template('live.css').render()
 CARD = template('card.css').render()
 WRAP = ':host { flex-wrap: wrap; }'
-BESIDE = MAIN + SIDE + GAP + 2 * MARGIN  # a page less wide has one column, as on a phone [px]
-FIRST = f'@media (max-width: {BESIDE - 1}px) {{ :host {{ order: -1; }} }}'
-SCROLLED = template('scrolled.css').render(beside=BESIDE)
+BESIDE = MAIN + SIDE + GAP + 2 * MARGIN + 20  # with a scrollbar; less wide: one column [px]
+AT_SIDE, SCROLLED = (template(f'{n}.css').render(beside=BESIDE) for n in ('side', 'scrolled'))
 
 
 def card(*parts: Any, stylesheets: Sequence[str] = (), **options: Any) -> Any:
@@ -70,7 +69,8 @@ def wrong(what: object) -> Markup:
 
 def legend(*entries: tuple[str, Stroke]) -> Markup:
     stroke = Markup('<i class="stroke" style="border-color:{};border-top-style:{}"></i>{}')
-    return Markup().join(stroke.format(s.colour, s.dash, name) for name, s in entries)
+    each = (stroke.format(s.colour, s.dash, name) for name, s in entries)
+    return Markup().join(Markup('<span class="entry">{}</span>').format(one) for one in each)
 
 
 def renew(source: ColumnDataSource, data: Mapping[str, Any]) -> None:
