@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Film the live page while a hand switches an effect on: docs/watch.gif.
+"""Film the live page while a hand switches an effect on: docs/watch.gif, and watch.png of its end.
 
     leo demo --no-data --no-browser -o runs/demo
     python docs/make_watch.py runs/demo/rollout --model pendulum --effect quadratic_drag:pivot
@@ -29,6 +29,7 @@ from tests.browser import chromium, MODEL, Page, until
 
 LEO = Path(sys.executable).with_name('leo')
 WINDOW, SHOWN, SCALE, COLOURS = (1180, 1060), (1165, 880), 0.85, 96
+STILL = 1180, 1700
 ARROW = [(0, 0), (0, 23), (5, 18), (9, 27), (13, 25), (9, 17), (16, 17)]
 SHORT, LONG = 90, 1300
 """How long a picture of a movement, and one to be read, stays [ms]."""
@@ -150,7 +151,10 @@ def main() -> None:
     ):
         driver.set_window_size(*WINDOW)
         url = json.loads(leo.stdout.readline())['url']
-        film = watched(Page(driver, url), given.effect, given.begin)
+        page = Page(driver, url)
+        film = watched(page, given.effect, given.begin)
+        driver.set_window_size(*STILL)
+        page.shoot(given.o.with_suffix('.png'))
     seconds = film.save(given.o)
     print(f'wrote {given.o}: {seconds:.1f} s, {given.o.stat().st_size / 1e6:.2f} MB')
 

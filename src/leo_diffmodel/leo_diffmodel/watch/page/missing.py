@@ -57,7 +57,7 @@ class WhereView:
         models = zip(('given', 'now'), ROBOTS[1:], strict=True)
         self._rankings = [_Ranking(state, *model) for model in models]
         self._words = said(name='where says', **WIDE)
-        rankings = ((r.root, look.PLOT) for r in self._rankings)
+        rankings = ((r.root, look.MAIN) for r in self._rankings)
         both = look.wrapped(*rankings, spacing=3 * look.GAP)
         self.root = look.card(self._words, both)
         self.refresh()
