@@ -50,7 +50,7 @@ setup(
         'console_scripts': ['leo = leo_msgs_py.cli:main'],
         'leo.verbs': [
             f'{verb} = leo_msgs_py.verbs.{verb}:main'
-            for verb in ('completion', 'node', 'param', 'run', 'service', 'status', 'topic')
+            for verb in ('node', 'param', 'run', 'service', 'status', 'topic')
         ],
     },
     zip_safe=False,

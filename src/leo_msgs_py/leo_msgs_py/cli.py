@@ -46,7 +46,6 @@ _OTHERS = {
     'drivers': ('check-driver',),
     'try it': ('demo', 'reveal'),
     'the running graph': ('run', 'status', 'topic', 'node', 'service', 'param'),
-    'the shell': ('completion',),
     'laboratory': ('blind', 'reproduce', 'seeds'),
 }
 _ELSEWHERE = 'from other packages'

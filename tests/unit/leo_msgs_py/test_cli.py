@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The `leo` dispatcher: verbs, mistakes, exit status, completion."""
+"""The `leo` dispatcher: verbs, mistakes, exit status."""
 
 import errno
 from importlib.metadata import entry_points
@@ -18,7 +18,6 @@ from tests.places import ROOT
 import yaml
 
 from leo_msgs_py import cli
-from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs import run
 from leo_msgs_py.verbs.common import Parser
@@ -235,39 +234,3 @@ def test_a_python_that_a_command_starts_takes_no_module_from_the_folder_of_now(t
     before = dict(os.environ)
     assert cli.executable(started)([]) == 0
     assert dict(os.environ) == before
-
-
-@pytest.fixture(scope='module')
-def script(tmp_path_factory):
-    path = tmp_path_factory.mktemp('completion') / 'leo.bash'
-    with path.open('w') as file, pytest.MonkeyPatch.context() as patch:
-        patch.setattr('sys.stdout', file)
-        assert main(['completion', 'bash']) == 0
-    return path
-
-
-def completed(script, *words):
-    line = f'COMP_WORDS=(leo {" ".join(words)}); COMP_CWORD={len(words)}'
-    line = f'source {script}; {line}; _leo; echo "${{COMPREPLY[@]}}"'
-    done = subprocess.run(['bash', '-c', line], capture_output=True, text=True, check=True)
-    return done.stdout.split()
-
-
-@pytest.mark.parametrize(
-    ('words', 'expected'),
-    [
-        (('exp',), ['explain', 'export']),
-        (('explain', 'bag', '--hold'), ['--hold-out']),
-        (('robot', 'ini'), ['init']),
-        (('robot', 'init', '--inp'), ['--input']),
-        (('compare', 'bag', '--model', 'servo'), ['servo_pendulum']),
-        (('completion', 'z'), ['zsh']),
-    ],
-)
-def test_completed(script, words, expected):
-    assert completed(script, *words) == expected
-
-
-def test_zsh_reads_the_same_script(capsys):
-    main(['completion', 'zsh'])
-    assert 'bashcompinit' in capsys.readouterr().out.splitlines()[1]

@@ -52,7 +52,9 @@ class Tab:
         upper = wrapped((self._robot.root, look.PLOT), (horizon.root, look.PLOT), spacing=GAP)
         below = self._over_time.root, where.root, missing.root, run.root
         self._main: Any = column(upper, *below, spacing=GAP, **WIDE)
-        side = column(actions.root, self._catalogue.root, spacing=GAP, stylesheets=[AT_SIDE], **WIDE)
+        side = column(
+            actions.root, self._catalogue.root, spacing=GAP, stylesheets=[AT_SIDE], **WIDE
+        )
         side.styles = {'flex': f'0 1 {look.SIDE}px'}
         both = wrapped((self._main, look.MAIN), (side, look.SIDE), spacing=GAP)
         document.add_root(column(said(_headline(state)), both, margin=MARGIN, **WIDE))
