@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damaged bags, maps, models, robots, logs and runs: read up to the damage, or one clear line.
 
-LEO_DAMAGED=1000 runs all cases, a tenth run by default.
+LEO_DAMAGED=1000 runs all cases, a tenth run by default; tests/e2e/test_damaged_commands.py runs
+some as commands.
 """
 
 from collections import Counter

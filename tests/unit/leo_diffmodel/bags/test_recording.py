@@ -8,6 +8,7 @@ from mcap.records import Message
 import numpy as np
 import pytest
 from tests.messages import bag_of, command, dynamic, message
+from tests.places import DATA
 from tests.simulate import PENDULUM, TORQUE
 
 from leo_diffmodel.bags import recording as recording_file
@@ -21,6 +22,7 @@ from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
 
 PERIOD = 10_000_000
+OLD_BAGS = DATA / 'bags_of_2026_11'
 KINDS = {
     'joint_states': JOINT_STATE,
     'applied_voltage': JOINT_STATE,
@@ -100,6 +102,22 @@ def test_an_input_that_is_not_known_is_no_free_motor(tmp_path):
     (episode,) = recording.episodes
     assert episode.enabled.all() and set(episode.inputs[20:30, 0]) == {episode.inputs[19, 0]}
     assert '10 inputs with NaN or of a wrong length left out' in recording.warnings[0]
+
+
+@pytest.mark.parametrize('name', ['swing', 'cut'])
+def test_bags_of_before_2026_12_read_as_they_did(name):
+    recording = read_bag(OLD_BAGS / name, PENDULUM)
+    expected = np.load(OLD_BAGS / f'{name}.npz')
+    found = {
+        f'{field}_{k}': getattr(episode, field)
+        for k, episode in enumerate(recording.episodes)
+        for field in ('t', 'q', 'dq', 'inputs', 'enabled')
+    }
+    assert found.keys() == set(expected)
+    for key, values in found.items():
+        np.testing.assert_array_equal(values, expected[key])
+    assert not recording.episodes[0].enabled.all()
+    assert ['cut short' in warning for warning in recording.warnings] == [True] * (name == 'cut')
 
 
 def test_applied_voltages_and_dynamic_joint_states_read_alike(tmp_path):
