@@ -147,11 +147,18 @@ def search(
 
 
 def _last_fit(sets: Sets, until: float, step: float, best: Scored) -> estimating.Estimate:
-    """A set fitted with the integration step that it needs, of `step` s at least."""
+    """A set fitted with the integration step that it needs, that of the robot, s, at least.
+
+    Shorter ones are taken where they fit better: a simulated robot has its own.
+    """
     fits = sets.estimator
     posed = refined(best.at.posed.before(until), best.fit.point, step)
     starts, widened = _starts(best.fit, sets.scans), fits.doubt(best.at, sets.pool, sets.progress)
     at = fits.finished(best.at._replace(posed=posed), starts, sets.progress, widened)
+    shorter = refined(at.posed, at.fit.point, at.problem.numerics.last_step * step)
+    if shorter is not at.posed:
+        other = fits.finished(at._replace(posed=shorter), (), sets.progress, widened)
+        at = min(at, other, key=lambda a: a.fit.lost(a.problem.train))
     return _largest_first(fits, at)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.searched import among
-from tests.simulate import measured_torque, POSITION, record, TORQUE
+from tests.simulate import measured_torque, PENDULUM, POSITION, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import unexplained
@@ -16,6 +16,7 @@ from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.problem.pose import pose, refined
+from leo_diffmodel.explain.select.search import search
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -73,6 +74,18 @@ def test_a_step_too_long_for_the_motion_is_halved_and_said(step, noted, monkeypa
     found = explain([data], Model(TORQUE, integration_step=0.01))
     assert [e['name'] for e in found.effects] == ['viscous_friction']
     assert ('10 ms of the robot are too long' in found.sentence) == noted
+
+
+@pytest.mark.parametrize(('step', 'shorter'), [(2e-4, True), (2.5e-3, False)])
+def test_the_last_fit_has_shorter_steps_where_these_fit_better(step, shorter, monkeypatch):
+    """Friction by load is off with the robot's own, but of a robot that has these itself."""
+    model, true = Model(PENDULUM, integration_step=2.5e-3), np.array([0.035, 0.01])
+    among(monkeypatch, model, 'directional_load_friction')
+    friction = place(PENDULUM, 'directional_load_friction', 'pivot', mu=true[0], mu_back=true[1])
+    data = record(PENDULUM, friction, seconds=14, noise=(2e-4, 5e-3), integration_step=step)
+    found = search([data], model, pose([data], (), model))
+    assert (found.problem.base.integration_step < 2.5e-3) == shorter
+    assert np.all(np.abs(found.final.theta - true) < 3 * found.final.standard_errors)
 
 
 def test_what_start_states_do_is_found_again_at_the_end_and_nearby_will_do(problem):
