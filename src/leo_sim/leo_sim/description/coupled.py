@@ -24,9 +24,10 @@ def with_coupled(xml: str, ratios: Ratios, source: str) -> str:
         return xml
     root = root_of(xml, source)
     joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
-    for name in ratios.keys() & joints.keys():
-        for motor in ratios[name].keys() & joints.keys():
-            _put_before(joints[name], motor, ratios[name][motor], root)
+    for name, motors in ratios.items():
+        for motor, ratio in motors.items():
+            if {name, motor} <= joints.keys():
+                _put_before(joints[name], motor, ratio, root)
     return tostring(root, encoding='unicode')
 
 

@@ -16,8 +16,8 @@ class Numerics:
     """The finest step that is tried, as a share of the robot's own: at fast joints the error of a
     long step looks like a missing torque (2.5 ms at 150 rad/s, development seed 9294)."""
     last_step: float = 0.25
-    """The same of the last fit: with 2.5 ms friction by load was off by 2.4 and 3.5 standard
-    errors, with a quarter by 0.4 and 0.1 (development seed 1024009)."""
+    """The shortest step of the last fit, as a share of the robot's own: friction by load was off
+    by 2.4 and 3.5 standard errors with 2.5 ms, by 0.4 and 0.1 with a quarter (seed 1024009)."""
     finer_nats: float = 0.5
     """What a finer step must change the predictions of all windows by [nats], to be taken."""
     rough: float = 0.05
